@@ -1,0 +1,1 @@
+"""The REST border: limits, schemas, one file a resource."""

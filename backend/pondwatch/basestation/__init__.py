@@ -1,0 +1,1 @@
+"""What stands between the robots and the server: bundles, spooling and uploading."""

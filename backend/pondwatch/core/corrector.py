@@ -1,0 +1,49 @@
+"""The one interface of every correction method: add snapshots, hear which poses moved.
+
+A corrector is a value machine: it holds what it was told and nothing else, so the same snapshots always give the
+same result. `add` is quick and decides a new snapshot against what is known; `settle` decides everything at once,
+and its result does not depend on the order in which the snapshots came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from .errors import Invalid
+from .identity import IdentityCorrector
+from .values import CorrectedPose, Correction, Inspection, Quality, RodReading, Snapshot, SnapshotKey
+
+METHODS = ("auto", "identity")
+
+
+class Corrector(Protocol):
+    """Corrects the poses of one session."""
+
+    method: str
+
+    def add(self, snapshots: Sequence[Snapshot]) -> Correction:
+        """Take snapshots; returns every new pose, every earlier one that moved, and every rod read otherwise."""
+
+    def settle(self) -> Correction:
+        """Decide all at once. The state after it is a function of the set of snapshots, not of their order."""
+
+    def poses(self) -> Mapping[SnapshotKey, CorrectedPose]:
+        """Every pose as it stands."""
+
+    def rods(self) -> tuple[RodReading, ...]:
+        """Every rod of the layout as it stands, in the layout's order; rods never seen are `unseen`."""
+
+    def quality(self) -> Quality:
+        """How well it stands."""
+
+
+def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:
+    """A corrector by name. `auto`: `lattice` with a layout, `graph` without one.
+
+    Raises:
+        Invalid: there is no such method, or the session does not have what it needs.
+    """
+    if method in ("auto", "identity"):
+        return IdentityCorrector(inspection)
+    raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)

@@ -1,0 +1,42 @@
+"""What the rooms above the core need of the world, as protocols. Adapters and fakes share these names."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from .values import Float32
+
+
+class Clock(Protocol):
+    """Seconds since the epoch, UTC."""
+
+    def now_s(self) -> float: ...
+
+
+class Executor(Protocol):
+    """The part of `concurrent.futures.Executor` that is used; a Dask client gives one too."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]: ...
+
+
+class Blobs(Protocol):
+    """Immutable bytes by their SHA-256. `put` returns only once they would survive a power cut."""
+
+    def put(self, content: bytes) -> str: ...
+    def get(self, digest: str) -> bytes: ...
+    def has(self, digest: str) -> bool: ...
+    def __iter__(self) -> Iterator[str]: ...
+
+
+class Bus(Protocol):
+    """Tells whoever listens that a session is at a revision. Messages may be lost or merged: they carry no data."""
+
+    def publish(self, session: str, revision: int) -> None: ...
+
+
+class RodFinder(Protocol):
+    """A learned detector of rods: image (H, W) float32 in 0..1 to a heat map of rod centres (H, W)."""
+
+    def __call__(self, grey: Float32) -> Float32: ...

@@ -1,0 +1,1 @@
+"""What to compute, when, and recording that it was done."""

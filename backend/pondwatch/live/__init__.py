@@ -1,0 +1,1 @@
+"""The websocket feed: a view of revisions, never the only copy of anything."""

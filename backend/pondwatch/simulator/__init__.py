@@ -1,0 +1,1 @@
+"""Ponds, cameras and swarms by seed; a client like any base station."""
