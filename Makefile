@@ -15,7 +15,7 @@ PORT ?= 8000
 DATA ?=
 BUNDLES ?= $(wildcard ../shared/samples)
 BIN := $(VENV)/bin
-LOCKED := $(BIN)/pip install --quiet --requirement
+LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
 BENCHES := accuracy speed live
 
@@ -79,7 +79,7 @@ $(BIN)/python:
 
 $(VENV)/.runtime: requirements.lock pyproject.toml | $(BIN)/python
 	$(LOCKED) requirements.lock
-	$(BIN)/pip install --quiet --no-deps --editable .
+	$(BIN)/pip install -qq --no-deps --editable .
 	@touch $@
 
 $(VENV)/.test: requirements-test.lock $(VENV)/.runtime
