@@ -1,0 +1,57 @@
+// @ts-check
+/** Composition: reads the address, shows the list of inspections or one of them, and offers figures to tests. */
+
+import { Problem, getSession, listSessions } from './api/client.js';
+import { format as addressOf, parse } from './state/address.js';
+import { isRunning } from './state/robots.js';
+import { h } from './views/dom.js';
+import { Home } from './views/home.js';
+import { Live } from './views/live.js';
+import { restoreTheme } from './views/theme.js';
+
+/** @param {SessionFacts} facts @param {string | null} rod */
+function showLive(facts, rod) {
+  const live = new Live(facts, rod);
+  document.body.replaceChildren(live.element);
+  live.start();
+  expose(live);
+}
+
+/**
+ * Figures for tests and benches, read only.
+ * revision: the last held in full. paintedAt(R): epoch ms at which R, or a later one with it, was drawn; null before.
+ * rasterDigest(): SHA-256 of the mosaic's pixels (RGBA), hex. state: what the page holds.
+ * @param {Live} live
+ */
+function expose(live) {
+  const figures = {
+    get revision() { return live.inspection.revision; },
+    get link() { return live.link.state; },
+    get waiting() { return live.intake.waiting; },
+    get dropped() { return live.intake.dropped; },
+    get state() { return structuredClone({ facts: live.inspection.facts, rods: live.inspection.rods, poses: live.inspection.poses }); },
+    paintedAt: (/** @type {number} */ revision) => live.view?.painted.at(revision) ?? null,
+    rasterDigest: async () => (await live.view?.mosaic.digest()) ?? null,
+  };
+  Object.defineProperty(globalThis, 'pondwatch', { value: Object.freeze(figures), configurable: true });
+}
+
+async function main() {
+  restoreTheme();
+  const { session, rod, home } = parse(location.search);
+  if (session) return showLive(await getSession(session), rod);
+  const running = home ? undefined : (await listSessions()).find((facts) => isRunning(facts.state));
+  if (running) {
+    history.replaceState(null, '', addressOf({ session: running.id }));
+    return showLive(await getSession(running.id), rod);
+  }
+  const list = new Home();
+  document.body.replaceChildren(list.element);
+  list.start();
+}
+
+main().catch((error) => {
+  const text = error instanceof Problem ? error.message : `The page failed: ${error}`;
+  const again = h('p', {}, h('a', { href: location.href, text: 'Try again' }), ' · ', h('a', { href: '/?inspections', text: 'All inspections' }));
+  document.body.replaceChildren(h('main', { class: 'page' }, h('div', { class: 'note bad', role: 'alert' }, h('p', { text }), again)));
+});

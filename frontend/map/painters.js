@@ -1,0 +1,136 @@
+// @ts-check
+/** What the map shows, one function a thing, drawn in this order: floor, mosaic, rods, robots. Pond metres in. */
+
+import { footprint } from './frame.js';
+
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./raster.js').RasterCanvas} RasterCanvas */
+/** @typedef {import('../state/robots.js').RobotView} RobotView */
+/** @typedef {Record<string, string>} Colours */
+
+const NEAREST_FROM = 2; // screen pixels a raster pixel, from which single pixels are shown as they are
+const SYMBOL_MOST_PX = 13;
+
+/** The pond's floor where nothing was seen: hatched, never a made-up picture.
+ * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {Pond} pond @param {Colours} colours */
+export function paintFloor(context, frame, pond, colours) {
+  const [x, y] = [frame.x(0), frame.y(pond.height_m)];
+  const [width, height] = [pond.width_m * frame.scale, pond.height_m * frame.scale];
+  context.fillStyle = colours.floor;
+  context.fillRect(x, y, width, height);
+  context.save();
+  context.beginPath();
+  context.rect(x, y, width, height);
+  context.clip();
+  context.strokeStyle = colours.hatch;
+  context.lineWidth = frame.dpr;
+  context.beginPath();
+  const step = 12 * frame.dpr;
+  const [left, right] = [Math.max(0, x), Math.min(frame.width, x + width)];
+  for (let at = Math.floor((left - frame.height) / step) * step; at < right; at += step) {
+    context.moveTo(at, frame.height);
+    context.lineTo(at + frame.height, 0);
+  }
+  context.stroke();
+  context.restore();
+  context.strokeStyle = colours.edge;
+  context.strokeRect(x, y, width, height);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {RasterCanvas} mosaic @param {Pond} pond */
+export function paintMosaic(context, frame, mosaic, pond) {
+  const size = mosaic.raster.metres_per_pixel * frame.scale;
+  context.imageSmoothingEnabled = size < NEAREST_FROM;
+  const { width, height } = mosaic.canvas;
+  context.drawImage(mosaic.canvas, frame.x(0), frame.y(pond.height_m), width * size, height * size);
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {RodLayout[]} rods
+ * @param {(id: string) => RodRow} row @param {import('./symbols.js').Symbols} symbols
+ */
+export function paintRods(context, frame, rods, row, symbols) {
+  for (const rod of rods) {
+    if (!frame.sees(rod.x_m, rod.y_m, rod.outer_radius_m)) continue;
+    const radius = Math.min(rod.inner_radius_m * frame.scale * 0.85, SYMBOL_MOST_PX * frame.dpr);
+    const picture = symbols.of(row(rod.id), radius);
+    context.drawImage(picture, Math.round(frame.x(rod.x_m) - picture.width / 2), Math.round(frame.y(rod.y_m) - picture.height / 2));
+  }
+}
+
+/** A ring round the rod that is chosen. @param {CanvasRenderingContext2D} context @param {Frame} frame
+ * @param {RodLayout} rod @param {Colours} colours */
+export function paintChosen(context, frame, rod, colours) {
+  const radius = Math.max(rod.outer_radius_m * frame.scale, 8 * frame.dpr) + 2 * frame.dpr;
+  for (const [width, colour] of /** @type {const} */ ([[5, colours.paper], [2.5, colours.choice]])) {
+    context.lineWidth = width * frame.dpr;
+    context.strokeStyle = colour;
+    context.beginPath();
+    context.arc(frame.x(rod.x_m), frame.y(rod.y_m), radius, 0, 2 * Math.PI);
+    context.stroke();
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {PlanePose} pose @param {Camera} camera
+ * @param {string} colour @param {{dash?: number[], width?: number, paper?: string}} [look] */
+export function paintOutline(context, frame, pose, camera, colour, { dash = [], width = 2, paper } = {}) {
+  context.beginPath();
+  for (const [xM, yM] of footprint(pose, camera)) context.lineTo(frame.x(xM), frame.y(yM));
+  context.closePath();
+  if (paper) stroke(context, paper, (width + 2) * frame.dpr);
+  context.setLineDash(dash.map((length) => length * frame.dpr));
+  stroke(context, colour, width * frame.dpr);
+  context.setLineDash([]);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {RobotView[]} robots
+ * @param {Camera | undefined} camera @param {Colours} colours */
+export function paintRobots(context, frame, robots, camera, colours) {
+  for (const { name, pose, hearing } of robots) {
+    if (pose.x_m === null || pose.y_m === null || pose.theta_rad === null) continue;
+    const at = { x_m: pose.x_m, y_m: pose.y_m, theta_rad: pose.theta_rad };
+    const colour = hearing === 'silent' ? colours.alarm : colours.robot;
+    const dash = pose.status === 'placed' ? [] : [6, 4];
+    if (camera) paintOutline(context, frame, at, camera, colour, { dash, width: 1.5, paper: colours.paper });
+    paintHeading(context, frame, at, colour, colours.paper);
+    paintName(context, frame, at, hearing === 'silent' ? `${name} silent` : name, colour, colours.paper);
+  }
+}
+
+/** An arrow head along the image's u axis. @param {CanvasRenderingContext2D} context @param {Frame} frame
+ * @param {PlanePose} pose @param {string} colour @param {string} paper */
+function paintHeading(context, frame, pose, colour, paper) {
+  context.save();
+  context.translate(frame.x(pose.x_m), frame.y(pose.y_m));
+  context.rotate(-pose.theta_rad);
+  context.scale(frame.dpr, frame.dpr);
+  context.beginPath();
+  for (const [x, y] of [[11, 0], [-7, 7], [-3, 0], [-7, -7]]) context.lineTo(x, y);
+  context.closePath();
+  stroke(context, paper, 4);
+  context.fillStyle = colour;
+  context.fill();
+  context.restore();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {PlanePose} pose @param {string} name
+ * @param {string} colour @param {string} paper */
+function paintName(context, frame, pose, name, colour, paper) {
+  context.font = `600 ${12 * frame.dpr}px system-ui, sans-serif`;
+  context.textAlign = 'left';
+  context.textBaseline = 'middle';
+  const [x, y] = [frame.x(pose.x_m) + 13 * frame.dpr, frame.y(pose.y_m) - 11 * frame.dpr];
+  context.lineJoin = 'round';
+  context.lineWidth = 4 * frame.dpr;
+  context.strokeStyle = paper;
+  context.strokeText(name, x, y);
+  context.fillStyle = colour;
+  context.fillText(name, x, y);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {string} colour @param {number} width */
+function stroke(context, colour, width) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.stroke();
+}

@@ -1,0 +1,95 @@
+// @ts-check
+/**
+ * The map: pond metres, x right and y up. The library keeps the view (pan, zoom, keys, scale bar); everything shown
+ * is painted into one canvas by the painters handed in.
+ */
+
+import { Frame } from './frame.js';
+import { library } from './ol.js';
+
+/** @typedef {(context: CanvasRenderingContext2D, frame: Frame) => void} Painter */
+
+export class PondMap extends EventTarget {
+  #canvas = document.createElement('canvas');
+  #map;
+  #layer;
+  /** @type {Painter} */ #paint;
+  /** Metres: left, bottom, right, top. */ #extent;
+
+  /**
+   * @param {HTMLElement} target @param {Pond} pond @param {number} metresPerPixel of the raster @param {Painter} paint
+   */
+  constructor(target, pond, metresPerPixel, paint) {
+    super();
+    this.#paint = paint;
+    this.#extent = [0, 0, pond.width_m, pond.height_m];
+    this.#canvas.className = 'pond-canvas';
+    const options = { render: (/** @type {any} */ state) => this.#render(state) };
+    this.#layer = new library.layer.Layer(/** @type {any} */ (options));
+    this.#map = new library.Map({
+      target,
+      layers: [this.#layer],
+      view: this.#makeView(pond, metresPerPixel),
+      controls: [new library.control.ScaleLine({ minWidth: 90 })],
+      keyboardEventTarget: target,
+    });
+    this.#map.on('pointermove', (event) => this.#tell('pointer', event.coordinate));
+    this.#map.on('singleclick', (event) => this.#tell('choose', event.coordinate));
+    this.fit();
+  }
+
+  /** Metres a screen pixel. */
+  get metresPerPx() { return this.#map.getView().getResolution() ?? 1; }
+
+  repaint() { this.#layer.changed(); }
+
+  fit() {
+    this.#map.getView().fit(this.#extent, { padding: [16, 16, 34, 16] });
+  }
+
+  /** @param {number} factor above 1: closer */
+  zoom(factor) {
+    const view = this.#map.getView();
+    view.animate({ resolution: view.getConstrainedResolution(this.metresPerPx / factor) ?? this.metresPerPx, duration: 120 });
+  }
+
+  /** @param {number} xM @param {number} yM @param {number} [metresPerPx] */
+  goTo(xM, yM, metresPerPx) {
+    this.#map.getView().animate({ center: [xM, yM], resolution: metresPerPx ?? this.metresPerPx, duration: 200 });
+  }
+
+  dispose() { this.#map.setTarget(undefined); }
+
+  /** @param {Pond} pond @param {number} metresPerPixel */
+  #makeView(pond, metresPerPixel) {
+    const projection = new library.proj.Projection({ code: 'pond', units: 'm', extent: this.#extent, metersPerUnit: 1 });
+    return new library.View({
+      projection,
+      center: [pond.width_m / 2, pond.height_m / 2],
+      extent: this.#extent,
+      constrainOnlyCenter: true,
+      enableRotation: false,
+      minResolution: metresPerPixel / 24,
+      maxResolution: Math.max(pond.width_m, pond.height_m) / 200,
+    });
+  }
+
+  /** @param {any} state the library's frame state */
+  #render(state) {
+    const [widthPx, heightPx] = state.size;
+    const { center, resolution } = state.viewState;
+    const frame = new Frame({ widthPx, heightPx, centreM: center, metresPerPx: resolution, pixelRatio: state.pixelRatio });
+    if (this.#canvas.width !== frame.width || this.#canvas.height !== frame.height) {
+      [this.#canvas.width, this.#canvas.height] = [frame.width, frame.height];
+    }
+    const context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext('2d'));
+    context.clearRect(0, 0, frame.width, frame.height);
+    this.#paint(context, frame);
+    return this.#canvas;
+  }
+
+  /** @param {string} type @param {number[]} coordinate */
+  #tell(type, [xM, yM]) {
+    this.dispatchEvent(new CustomEvent(type, { detail: { xM, yM } }));
+  }
+}

@@ -1,0 +1,115 @@
+// @ts-check
+/**
+ * Rods as small pictures: shape and letter say the verdict, colour only helps. Each is drawn once a size and kept.
+ */
+
+import { labelOf, verdictOf } from '../state/rods.js';
+
+const LETTER_FROM_PX = 7;
+
+/** @typedef {{full: string, partial: string, empty: string, unseen: string, conflicting: string, ink: string, paper: string, pale: string}} Palette */
+
+export class Symbols {
+  /** @type {Map<string, HTMLCanvasElement>} */ #kept = new Map();
+  /** @type {Palette} */ #palette;
+
+  /** @param {Palette} palette */
+  constructor(palette) {
+    this.#palette = palette;
+  }
+
+  /** The picture of a rod, its centre in the middle. @param {RodRow} rod @param {number} radius device px */
+  of(rod, radius) {
+    const size = Math.max(2, Math.round(radius));
+    const label = labelOf(rod);
+    const key = `${verdictOf(rod)} ${label} ${size}`;
+    let picture = this.#kept.get(key);
+    if (!picture) {
+      if (this.#kept.size > 2000) this.#kept.clear();
+      picture = drawSymbol(rod, label, size, this.#palette);
+      this.#kept.set(key, picture);
+    }
+    return picture;
+  }
+}
+
+/** @param {RodRow} rod @param {string} label @param {number} r @param {Palette} palette */
+function drawSymbol(rod, label, r, palette) {
+  const canvas = document.createElement('canvas');
+  canvas.width = canvas.height = 2 * r + 6;
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
+  context.translate(r + 3, r + 3);
+  context.lineWidth = Math.max(1.25, r / 9);
+  const verdict = verdictOf(rod);
+  SHAPES[verdict](context, r, palette, rod.fill ?? 0);
+  if (r >= LETTER_FROM_PX) write(context, label, r, verdict === 'full' || verdict === 'conflicting' ? palette.paper : palette.ink);
+  return canvas;
+}
+
+/** @type {Record<string, (context: CanvasRenderingContext2D, r: number, palette: Palette, fill: number) => void>} */
+const SHAPES = {
+  full(context, r, palette) {
+    disc(context, r);
+    paint(context, palette.full, palette.paper);
+  },
+  partial(context, r, palette, fill) {
+    disc(context, r);
+    paint(context, palette.pale, null);
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.arc(0, 0, r, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * fill);
+    context.closePath();
+    paint(context, palette.partial, null);
+    disc(context, r);
+    paint(context, null, palette.ink);
+  },
+  empty(context, r, palette) {
+    disc(context, r);
+    paint(context, palette.empty, palette.ink);
+  },
+  unseen(context, r, palette) {
+    context.setLineDash([3, 3]);
+    context.beginPath();
+    context.rect(-r * 0.8, -r * 0.8, r * 1.6, r * 1.6);
+    paint(context, null, palette.unseen);
+    context.setLineDash([]);
+  },
+  conflicting(context, r, palette) {
+    const tip = r * 1.2;
+    context.beginPath();
+    context.moveTo(0, -tip);
+    context.lineTo(tip, 0);
+    context.lineTo(0, tip);
+    context.lineTo(-tip, 0);
+    context.closePath();
+    paint(context, palette.conflicting, palette.paper);
+  },
+};
+
+/** @param {CanvasRenderingContext2D} context @param {number} r */
+function disc(context, r) {
+  context.beginPath();
+  context.arc(0, 0, r, 0, 2 * Math.PI);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {string | null} fill @param {string | null} stroke */
+function paint(context, fill, stroke) {
+  if (fill) {
+    context.fillStyle = fill;
+    context.fill();
+  }
+  if (stroke) {
+    context.strokeStyle = stroke;
+    context.stroke();
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {string} label @param {number} r @param {string} ink */
+function write(context, label, r, ink) {
+  const share = label.length === 1 ? 1.25 : label.length === 2 ? 1 : 0.85;
+  context.font = `600 ${Math.round(r * share)}px system-ui, sans-serif`;
+  context.textAlign = 'center';
+  context.textBaseline = 'middle';
+  context.fillStyle = ink;
+  context.fillText(label, 0, r * 0.06);
+}

@@ -1,0 +1,79 @@
+// @ts-check
+/**
+ * One inspection as the page holds it. Values are the newest of their key; `revision` is the last one held in full.
+ * No DOM, no clock of its own.
+ */
+
+/** @typedef {{pose: PoseRow, heardAt: number}} RobotFacts heardAt: epoch ms, the server's clock */
+
+export class Inspection extends EventTarget {
+  /** @type {number | null} */ revision = null;
+  /** @type {Raster | null} */ raster = null;
+  /** @type {SessionFacts} */ facts;
+  /** @type {Map<string, RodRow>} */ rods = new Map();
+  /** @type {Map<string, PoseRow>} */ poses = new Map();
+  /** @type {Map<string, RobotFacts>} */ robots = new Map();
+  /** @type {Map<string, {[field: string]: any}>} */ jobs = new Map();
+  /** Epoch ms, the page's clock: when data (not a beat) last came, and when a revision was last complete. */
+  dataAt = 0;
+  /** Server's clock less the page's, ms. */
+  clockSkewMs = 0;
+  #full = false;
+
+  /** @param {SessionFacts} facts */
+  constructor(facts) {
+    super();
+    this.facts = facts;
+  }
+
+  /** The rod's row, `unseen` where nothing was ever said. @param {string} id @returns {RodRow} */
+  rod(id) {
+    return this.rods.get(id) ?? { rod_id: id, state: 'unseen', fill: null, confidence: 0, views: 0 };
+  }
+
+  /**
+   * Take one message of the feed.
+   * @param {{type: string, [field: string]: any}} message
+   * @param {number} nowMs epoch, the page's clock
+   */
+  apply(message, nowMs) {
+    switch (message.type) {
+      case 'hello': this.#hello(message); break;
+      case 'poses': for (const pose of message.poses) this.#pose(pose); break;
+      case 'rods': for (const rod of message.rods) this.rods.set(rod.rod_id, rod); break;
+      case 'job': this.jobs.set(message.id ?? message.kind, message); break;
+      case 'session': this.#complete(message, nowMs); break;
+      case 'beat': this.clockSkewMs = Date.parse(message.at) - nowMs; break;
+    }
+    this.dispatchEvent(new CustomEvent(message.type, { detail: message }));
+  }
+
+  /** @param {{[field: string]: any}} message */
+  #hello(message) {
+    this.raster = message.raster;
+    this.#full = message.full ?? this.revision === null;
+    if (!this.#full) return;
+    this.rods.clear();
+    this.poses.clear();
+    this.robots.clear();
+    this.revision = null;
+  }
+
+  /** @param {PoseRow} pose */
+  #pose(pose) {
+    this.poses.set(`${pose.robot}/${pose.boot ?? 0}/${pose.sequence}`, pose);
+    const last = this.robots.get(pose.robot)?.pose;
+    const newer = !last || (pose.boot ?? 0) > (last.boot ?? 0)
+      || ((pose.boot ?? 0) === (last.boot ?? 0) && pose.sequence >= last.sequence);
+    if (newer) this.robots.set(pose.robot, { pose, heardAt: Date.parse(pose.received_at ?? '') });
+  }
+
+  /** @param {{[field: string]: any}} message @param {number} nowMs */
+  #complete(message, nowMs) {
+    const { type: _type, ...facts } = message;
+    const pond = facts.pond ? { ...this.facts.pond, ...facts.pond } : this.facts.pond;
+    this.facts = /** @type {SessionFacts} */ ({ ...this.facts, ...facts, pond });
+    if (this.revision === null || message.revision > this.revision) this.dataAt = nowMs;
+    this.revision = message.revision;
+  }
+}

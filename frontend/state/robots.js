@@ -1,0 +1,40 @@
+// @ts-check
+/** What is known of each robot, for the strip and the map. Pure. */
+
+export const SILENT_S = 10;
+
+/** @typedef {'heard' | 'silent' | 'ended' | 'unknown'} Hearing */
+/** @typedef {{name: string, pose: PoseRow, ageS: number | null, hearing: Hearing, driftM: number | null}} RobotView */
+
+/**
+ * @param {import('./inspection.js').Inspection} inspection
+ * @param {number} nowMs epoch, the page's clock
+ * @returns {RobotView[]} by name, numbers in names counted as numbers
+ */
+export function robotViews(inspection, nowMs) {
+  const running = isRunning(inspection.facts.state);
+  return [...inspection.robots]
+    .map(([name, { pose, heardAt }]) => {
+      const ageS = Number.isFinite(heardAt) ? Math.max(0, (nowMs + inspection.clockSkewMs - heardAt) / 1000) : null;
+      return { name, pose, ageS, hearing: hearingOf(ageS, running), driftM: driftOf(pose) };
+    })
+    .sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
+}
+
+/** @param {string} state */
+export function isRunning(state) {
+  return !['finished', 'finishing', 'failed', 'closed'].includes(state);
+}
+
+/** @param {number | null} ageS @param {boolean} running @returns {Hearing} */
+function hearingOf(ageS, running) {
+  if (!running) return 'ended';
+  if (ageS === null) return 'unknown';
+  return ageS >= SILENT_S ? 'silent' : 'heard';
+}
+
+/** How far the correction moved the pose that came in, m. @param {PoseRow} pose */
+function driftOf(pose) {
+  if (pose.raw_x_m == null || pose.raw_y_m == null || pose.x_m == null || pose.y_m == null) return null;
+  return Math.hypot(pose.x_m - pose.raw_x_m, pose.y_m - pose.raw_y_m);
+}

@@ -1,0 +1,68 @@
+// @ts-check
+/** All inspections, newest first; what to do where there are none. */
+
+import { Problem, listSessions } from '../api/client.js';
+import * as format from '../state/format.js';
+import { format as addressOf } from '../state/address.js';
+import { h } from './dom.js';
+import { TopBar } from './topbar.js';
+
+const EVERY_MS = 3000;
+
+export class Home {
+  #bar = new TopBar();
+  #body = h('main', { class: 'page', id: 'home' }, h('p', { class: 'quiet', text: 'Loading…' }));
+  #shown = '';
+  /** @type {number | undefined} */ #timer;
+
+  constructor() {
+    this.#bar.title = 'Inspections';
+    this.element = h('div', {}, this.#bar.element, this.#body);
+  }
+
+  start() { void this.#refresh(); }
+  stop() { clearTimeout(this.#timer); }
+
+  async #refresh() {
+    try {
+      this.#show(await listSessions());
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      this.#shown = '';
+      this.#body.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: `${error.message} Trying again…` }));
+    }
+    this.#timer = setTimeout(() => void this.#refresh(), EVERY_MS);
+  }
+
+  /** @param {SessionFacts[]} sessions */
+  #show(sessions) {
+    const now = JSON.stringify(sessions);
+    if (now === this.#shown) return;
+    this.#shown = now;
+    this.#body.replaceChildren(h('h2', { text: 'Inspections' }), sessions.length ? table(sessions) : welcome());
+  }
+}
+
+/** @param {SessionFacts[]} sessions */
+function table(sessions) {
+  const heads = ['Inspection', 'State', 'Started'].map((text) => h('th', { scope: 'col', text }));
+  const numbers = ['Snapshots', 'Coverage'].map((text) => h('th', { scope: 'col', class: 'number', text }));
+  return h('table', {}, h('thead', {}, h('tr', {}, ...heads, ...numbers)), h('tbody', {}, ...sessions.map(row)));
+}
+
+/** @param {SessionFacts} session */
+function row(session) {
+  return h('tr', {},
+    h('td', {}, h('a', { href: addressOf({ session: session.id }), text: session.name || session.id })),
+    h('td', {}, h('span', { class: 'badge', text: session.state })),
+    h('td', { text: format.moment(session.created_at) }),
+    h('td', { class: 'number', text: format.count(session.counts?.snapshots) }),
+    h('td', { class: 'number', text: format.percent(session.coverage) }));
+}
+
+function welcome() {
+  return h('div', { class: 'note' },
+    h('p', { text: 'There is no inspection yet. A base station starts one when it begins to upload; this page shows it as soon as it does.' }),
+    h('p', {}, 'To watch a simulated pond assemble itself, run ', h('code', { text: `pondwatch simulate --url ${location.origin}` }), ' on this machine.'),
+    h('p', {}, 'To upload a recorded session, run ', h('code', { text: `pondwatch upload BUNDLE --url ${location.origin}` }), '.'));
+}

@@ -1,0 +1,58 @@
+// @ts-check
+/** All robots, always in sight: last heard, where, and how far the correction moved the pose that came. */
+
+import * as format from '../state/format.js';
+import { h, setAttribute, setText } from './dom.js';
+
+/** @typedef {import('../state/robots.js').RobotView} RobotView */
+
+const STATUS_WORDS = { placed: 'placed', uncertain: 'uncertain', rejected: 'not placed' };
+
+export class RobotStrip {
+  /** @type {Map<string, Card>} */ #cards = new Map();
+  #nobody = h('p', { class: 'quiet', text: 'No robot was heard yet.' });
+  #choose;
+
+  /** @param {(robot: RobotView) => void} choose */
+  constructor(choose) {
+    this.#choose = choose;
+    this.element = h('section', { class: 'strip', id: 'robots', 'aria-label': 'Robots' }, this.#nobody);
+  }
+
+  /** @param {RobotView[]} robots */
+  update(robots) {
+    this.#nobody.hidden = robots.length > 0;
+    if (robots.length !== this.#cards.size || robots.some(({ name }) => !this.#cards.has(name))) this.#rebuild(robots);
+    for (const robot of robots) this.#cards.get(robot.name)?.update(robot);
+  }
+
+  /** @param {RobotView[]} robots */
+  #rebuild(robots) {
+    this.#cards = new Map(robots.map((robot) => [robot.name, new Card(robot.name, this.#choose)]));
+    this.element.replaceChildren(this.#nobody, ...[...this.#cards.values()].map((card) => card.element));
+  }
+}
+
+class Card {
+  #state = h('span', { class: 'state' });
+  #where = h('span', { class: 'line' });
+  #how = h('span', { class: 'line' });
+  /** @type {RobotView | null} */ #robot = null;
+
+  /** @param {string} name @param {(robot: RobotView) => void} choose */
+  constructor(name, choose) {
+    this.element = h('button', { class: 'robot', type: 'button', 'data-robot': name, title: `Show ${name} on the map`, onClick: () => this.#robot && choose(this.#robot) },
+      h('strong', { text: name }), this.#state, this.#where, this.#how);
+  }
+
+  /** @param {RobotView} robot */
+  update(robot) {
+    this.#robot = robot;
+    const { pose, ageS, hearing, driftM } = robot;
+    setAttribute(this.element, 'data-hearing', hearing);
+    setText(this.#state, hearing === 'silent' ? `SILENT ${format.age(ageS)}` : hearing === 'ended' ? 'ended' : format.age(ageS));
+    setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
+      : `${pose.x_m.toFixed(3)}, ${pose.y_m.toFixed(3)} m  ${format.angle(pose.theta_rad)}`);
+    setText(this.#how, `#${pose.sequence} ${STATUS_WORDS[pose.status]}${driftM === null ? '' : `, moved ${format.length(driftM)}`}`);
+  }
+}

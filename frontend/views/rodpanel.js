@@ -1,0 +1,119 @@
+// @ts-check
+/** Why a rod says what it says: its reading, and the snapshots behind it. */
+
+import { Problem, getRod, snapshotUrl } from '../api/client.js';
+import { Symbols } from '../map/symbols.js';
+import * as format from '../state/format.js';
+import { verdictOf, wordOf } from '../state/rods.js';
+import { h } from './dom.js';
+import { rodPalette } from './theme.js';
+
+const MOST_SHOWN = 24;
+
+export class RodPanel extends EventTarget {
+  #session;
+  #asked = 0;
+  /** @type {string | null} */ #rodId = null;
+  /** @type {Evidence | null} */ #chosen = null;
+  #reading = h('div');
+  #evidence = h('section');
+
+  /** @param {string} session */
+  constructor(session) {
+    super();
+    this.#session = session;
+    this.element = h('section', { id: 'rod-panel', 'aria-label': 'Rod', hidden: true });
+  }
+
+  get rodId() { return this.#rodId; }
+  /** The snapshot whose outlines the map shows. */
+  get chosen() { return this.#chosen; }
+
+  /** @param {RodRow} rod as the feed has it @param {RodLayout} layout */
+  async open(rod, layout) {
+    this.#rodId = rod.rod_id;
+    this.#chosen = null;
+    const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => this.close() });
+    this.#evidence.replaceChildren(h('p', { class: 'quiet', text: 'Loading the snapshots…' }));
+    this.element.replaceChildren(h('div', { class: 'panel-head' }, h('h2', { text: `Rod ${rod.rod_id}` }), close), this.#reading, this.#evidence);
+    this.element.hidden = false;
+    this.show(rod, layout);
+    await this.#load(rod.rod_id);
+  }
+
+  close() {
+    this.#rodId = this.#chosen = null;
+    this.element.hidden = true;
+    this.dispatchEvent(new Event('close'));
+  }
+
+  /** The reading as it stands. @param {RodRow} rod @param {RodLayout} layout */
+  show(rod, layout) {
+    const verdict = verdictOf(rod);
+    const fill = rod.fill === null ? '' : ` ${format.percent(rod.fill)}`;
+    const word = `${wordOf(verdict)}${verdict === 'partial' ? fill : ''}`;
+    const rows = {
+      Fill: format.percent(rod.fill, 1), Confidence: verdict === 'unseen' ? format.NONE : format.percent(rod.confidence, 1),
+      Looks: format.count(rod.views), Place: format.place(layout.x_m, layout.y_m),
+    };
+    this.#reading.replaceChildren(
+      h('p', { class: 'verdict', id: 'rod-verdict' }, new Symbols(rodPalette()).of(rod, 15), h('span', { text: word })),
+      facts(rows));
+  }
+
+  /** @param {string} rodId */
+  async #load(rodId) {
+    const asked = ++this.#asked;
+    try {
+      const rod = await getRod(this.#session, rodId);
+      if (asked === this.#asked) this.#showEvidence(rod);
+    } catch (error) {
+      if (!(error instanceof Problem)) throw error;
+      if (asked === this.#asked) this.#evidence.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: error.message }));
+    }
+  }
+
+  /** @param {RodFacts} rod */
+  #showEvidence(rod) {
+    const shown = rod.snapshots.slice(0, MOST_SHOWN);
+    const more = rod.snapshots.length - shown.length;
+    const pictures = shown.map((snapshot) => this.#picture(snapshot));
+    this.#evidence.replaceChildren(
+      h('h2', { text: rod.snapshots.length ? `Snapshots behind it · ${rod.snapshots.length}` : 'No snapshot shows this rod.' }),
+      h('div', { class: 'evidence' }, ...pictures),
+      more > 0 && h('p', { class: 'quiet', text: `and ${more} more` }) || '',
+      facts({ Method: rod.method ?? format.NONE, ...(rod.model_digest ? { Model: rod.model_digest } : {}) }));
+  }
+
+  /** @param {Evidence} snapshot */
+  #picture(snapshot) {
+    const name = `${snapshot.robot} #${snapshot.sequence}`;
+    const button = h('button', { type: 'button', 'aria-pressed': 'false', title: 'Show where it was said to be, and where it is',
+      onClick: () => this.#choose(snapshot, button) },
+      h('img', { src: snapshotUrl(this.#session, snapshot), alt: `Snapshot ${name}`, loading: 'lazy' }),
+      h('span', { text: name }), h('span', { class: 'quiet', text: evidenceLine(snapshot) }));
+    return button;
+  }
+
+  /** @param {Evidence} snapshot @param {HTMLElement} button */
+  #choose(snapshot, button) {
+    const again = this.#chosen === snapshot;
+    for (const other of this.#evidence.querySelectorAll('button')) other.setAttribute('aria-pressed', 'false');
+    button.setAttribute('aria-pressed', String(!again));
+    this.#chosen = again ? null : snapshot;
+    this.dispatchEvent(new Event('choose'));
+  }
+}
+
+/** @param {Evidence} snapshot */
+function evidenceLine({ raw, corrected, status, fill }) {
+  const moved = corrected ? `moved ${format.length(Math.hypot(corrected.x_m - raw.x_m, corrected.y_m - raw.y_m))}` : 'not placed';
+  const reads = fill == null ? '' : `reads ${format.percent(fill)}, `;
+  return `${reads}${status === 'uncertain' ? 'uncertain, ' : ''}${moved}`;
+}
+
+/** @param {Record<string, string>} rows */
+function facts(rows) {
+  const entries = Object.entries(rows).flatMap(([term, value]) => [h('dt', { text: term }), h('dd', { text: value })]);
+  return h('dl', { class: 'facts' }, ...entries);
+}

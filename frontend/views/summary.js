@@ -1,0 +1,105 @@
+// @ts-check
+/** The side panel's overview: how well the picture stands, counts, rods by verdict (which is the legend too). */
+
+import { Symbols } from '../map/symbols.js';
+import * as format from '../state/format.js';
+import { VERDICTS, tally } from '../state/rods.js';
+import { h, setText } from './dom.js';
+import { rodPalette } from './theme.js';
+
+/** @typedef {import('../state/inspection.js').Inspection} Inspection */
+
+const FIGURES = [
+  { name: 'snapshots', word: 'Snapshots' },
+  { name: 'placed', word: 'Placed' },
+  { name: 'uncertain', word: 'Uncertain' },
+  { name: 'rejected', word: 'Rejected' },
+];
+
+export class Summary {
+  #sentence = h('p', { class: 'sentence', id: 'quality' });
+  /** @type {Map<string, HTMLElement>} */ #figures = new Map();
+  /** @type {Map<string, {count: HTMLElement, share: HTMLElement, row: HTMLElement, symbol: HTMLElement}>} */ #rods = new Map();
+  #coverage = h('dd', { id: 'coverage' });
+  #rodsTotal = h('h2');
+
+  constructor() {
+    const figures = FIGURES.map(({ name, word }) => figure(word, this.#figure(name), name));
+    const coverage = h('div', { class: 'figure' }, h('dt', { text: 'Coverage of the floor' }), this.#coverage);
+    const seen = figure('Rods observed', this.#figure('seen'), 'seen');
+    this.element = h('div', { class: 'side-part' },
+      h('section', {}, h('h2', { text: 'Picture' }), this.#sentence, h('dl', { class: 'figures' }, ...figures, coverage, seen)),
+      h('section', {}, this.#rodsTotal, h('ul', { class: 'legend', id: 'legend' }, ...VERDICTS.map((verdict) => this.#legendRow(verdict)))));
+    this.redraw();
+    document.addEventListener('themechange', () => this.redraw());
+  }
+
+  /** Draw the legend's symbols in the theme's colours. */
+  redraw() {
+    const symbols = new Symbols(rodPalette());
+    for (const [verdict, { symbol }] of this.#rods) symbol.replaceChildren(symbols.of(SAMPLES[verdict], 11));
+  }
+
+  /** @param {Inspection} inspection */
+  update(inspection) {
+    const { counts = {}, coverage, quality, pond } = inspection.facts;
+    const rods = pond?.rods ?? [];
+    const tallied = tally(rods.map((rod) => rod.id), (id) => inspection.rod(id));
+    const seen = rods.length - tallied.unseen;
+    setText(this.#sentence, quality?.sentence || 'No judgement of the correction yet.');
+    for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
+    this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');
+    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', (counts.uncertain ?? 0) > 0.05 * (counts.snapshots ?? 0));
+    setText(this.#coverage, format.percent(coverage));
+    setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)} in the layout` : 'Rods · no layout, none are read');
+    for (const [verdict, row] of this.#rods) {
+      const n = tallied[/** @type {import('../state/rods.js').Verdict} */ (verdict)];
+      setText(row.count, format.count(n));
+      setText(row.share, rods.length ? format.percent(n / rods.length) : '');
+      row.row.classList.toggle('attention', verdict === 'conflicting' && n > 0);
+    }
+  }
+
+  /** @param {string} name */
+  #figure(name) {
+    const element = h('dd', { id: `count-${name}` }, h('span'), h('small'));
+    this.#figures.set(name, element);
+    return element;
+  }
+
+  /** @param {string} name @param {string} text @param {string} small */
+  #write(name, text, small) {
+    const [number, note] = this.#figures.get(name)?.children ?? [];
+    if (!number) return;
+    setText(number, text);
+    setText(note, small);
+  }
+
+  /** @param {{verdict: string, word: string}} verdict */
+  #legendRow({ verdict, word }) {
+    const [symbol, count, shareOf] = [h('span'), h('b', { id: `rods-${verdict}` }), h('span', { class: 'share' })];
+    const row = h('li', {}, symbol, h('span', { text: word }), count, shareOf);
+    this.#rods.set(verdict, { count, share: shareOf, row, symbol });
+    return row;
+  }
+}
+
+/** @type {Record<string, RodRow>} */
+const SAMPLES = {
+  full: { rod_id: '', state: 'full', fill: 1, confidence: 1, views: 1 },
+  partial: { rod_id: '', state: 'partial', fill: 0.4, confidence: 1, views: 1 },
+  empty: { rod_id: '', state: 'empty', fill: 0, confidence: 1, views: 1 },
+  conflicting: { rod_id: '', state: 'full', fill: 1, confidence: 0.5, views: 2, conflicting: true },
+  unseen: { rod_id: '', state: 'unseen', fill: null, confidence: 0, views: 0 },
+};
+
+/** @param {string} word @param {HTMLElement} value @param {string} name */
+function figure(word, value, name) {
+  return h('div', { class: 'figure', 'data-figure': name }, h('dt', { text: word }), value);
+}
+
+/** @param {string} name @param {Partial<Counts>} counts */
+function share(name, counts) {
+  if (name === 'snapshots' || !counts.snapshots) return '';
+  return ` ${format.percent((counts[name] ?? 0) / counts.snapshots)}`;
+}

@@ -1,0 +1,49 @@
+// @ts-check
+/** The bar on top: where one is, whether the link is alive, and how old the picture is. */
+
+import * as format from '../state/format.js';
+import { isRunning } from '../state/robots.js';
+import { h, setAttribute, setText } from './dom.js';
+import { toggleTheme } from './theme.js';
+
+const LINK_WORDS = {
+  connecting: 'Connecting…', live: 'Live', reconnecting: 'Reconnecting…', disconnected: 'DISCONNECTED', refused: 'NOT FOUND',
+};
+
+export class TopBar {
+  #title = h('h1');
+  #state = h('span', { class: 'badge' });
+  #link = h('span', { class: 'link', role: 'status', id: 'link-state' });
+  #age = h('b', { id: 'data-age' });
+  #ageBox;
+
+  /** @param {HTMLElement[]} actions buttons of the page, at the right end */
+  constructor(actions = []) {
+    this.#ageBox = h('span', { class: 'age', title: 'Since the last new revision came' }, h('span', { class: 'quiet', text: 'Newest data' }), this.#age);
+    const home = h('a', { class: 'brand', href: '/?inspections', title: 'All inspections' }, h('img', { src: '/style/icon.svg', alt: '' }), h('span', { text: 'Pondwatch' }));
+    const theme = h('button', { type: 'button', id: 'theme', title: 'Light or dark (T)', onClick: toggleTheme, text: 'Theme' });
+    this.element = h('header', { class: 'topbar' }, home, this.#title, this.#state, h('span', { class: 'spacer' }), this.#ageBox, this.#link, ...actions, theme);
+    this.#ageBox.hidden = this.#link.hidden = this.#state.hidden = true;
+  }
+
+  /** @param {string} text */
+  set title(text) {
+    setText(this.#title, text);
+    document.title = `${text} · Pondwatch`;
+  }
+
+  /**
+   * @param {import('../state/inspection.js').Inspection} inspection
+   * @param {import('../live/link.js').Link} link @param {number} nowMs
+   */
+  update(inspection, link, nowMs) {
+    this.title = inspection.facts.name || inspection.facts.id;
+    this.#ageBox.hidden = this.#link.hidden = this.#state.hidden = false;
+    setText(this.#state, inspection.facts.state);
+    const running = isRunning(inspection.facts.state);
+    const words = link.state === 'live' && !running ? 'Connected' : LINK_WORDS[link.state];
+    setText(this.#link, link.state === 'disconnected' ? `${words} ${format.age(link.silenceMs / 1000)}` : words);
+    setAttribute(this.#link, 'data-state', link.state);
+    setText(this.#age, inspection.dataAt ? format.age((nowMs - inspection.dataAt) / 1000) : format.NONE);
+  }
+}
