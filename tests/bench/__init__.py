@@ -1,0 +1,1 @@
+"""Figures: how right, how fast, how live. `make bench` writes them into docs/, the machine beside them."""
