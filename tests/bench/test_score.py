@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bench.score import identity, read_result, read_truth, score
+from tests.bench.score import Figures, Truth, identity, read_result, read_truth, score
 
 SHARED = Path(__file__).parents[3] / "shared"
 POSES = "sequence,robot,captured_at,image,x_m,y_m,theta_rad\n"
@@ -94,7 +94,7 @@ def test_it_agrees_with_the_reference_scorer(name: str, tmp_path: Path) -> None:
         assert ours[figure] == pytest.approx(value, rel=1e-6, abs=2e-6), figure
 
 
-def _write_a_made_up_result(truth, folder: Path) -> None:
+def _write_a_made_up_result(truth: Truth, folder: Path) -> None:
     rng = np.random.default_rng(5)
     poses = truth.poses + rng.normal(0, [0.002, 0.002, 0.02], truth.poses.shape)
     statuses = rng.choice(["placed", "placed", "uncertain", "rejected"], len(poses))
@@ -108,10 +108,11 @@ def _write_a_made_up_result(truth, folder: Path) -> None:
     (folder / "rods.csv").write_text("rod_id,state,fill,confidence,views\n" + "\n".join(rods) + "\n")
 
 
-def _reference(bundle: Path, result: Path) -> dict[str, object]:
+def _reference(bundle: Path, result: Path) -> Figures:
     spec = importlib.util.spec_from_file_location("reference_score", SHARED / "score.py")
     assert spec
     assert spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.score(bundle, result)
+    figures: Figures = module.score(bundle, result)
+    return figures

@@ -1,0 +1,23 @@
+"""python -m tests.bench [accuracy] [speed] [live] [--bundles FOLDER] [--method NAME]"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from . import accuracy
+
+
+def main() -> None:
+    """Run the benches that were asked for, all where none was."""
+    parser = argparse.ArgumentParser(prog="tests.bench")
+    parser.add_argument("benches", nargs="*", choices=("accuracy", "speed", "live"))
+    parser.add_argument("--bundles", type=Path, help="folder with bundles that have a truth")
+    parser.add_argument("--method", default="auto")
+    asked = parser.parse_args()
+    if "accuracy" in asked.benches or not asked.benches:
+        accuracy.run(asked.bundles, asked.method)
+
+
+if __name__ == "__main__":
+    main()
