@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from . import accuracy
+from . import accuracy, live, speed
 
 
 def main() -> None:
@@ -17,6 +17,10 @@ def main() -> None:
     asked = parser.parse_args()
     if "accuracy" in asked.benches or not asked.benches:
         accuracy.run(asked.bundles, asked.method)
+    if "speed" in asked.benches or not asked.benches:
+        speed.run(asked.bundles, asked.method)
+    if "live" in asked.benches or not asked.benches:
+        live.run(asked.bundles)
 
 
 if __name__ == "__main__":

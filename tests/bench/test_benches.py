@@ -1,0 +1,42 @@
+"""The benches measure what they say, on a session small enough for every run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pondwatch.simulator.bundle import write_bundle
+from pondwatch.simulator.simulation import Simulation
+from pondwatch.simulator.spec import SimulationSpec
+from tests.bench import accuracy, speed
+
+
+@pytest.fixture(scope="module")
+def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("bench") / "small"
+    write_bundle(Simulation(SimulationSpec(snapshots=12), seed=3), folder)
+    return folder
+
+
+def test_the_row_of_doing_nothing_is_the_same_by_command_and_by_scorer(bundle: Path, tmp_path: Path) -> None:
+    before, after = accuracy.measure(bundle, "identity", tmp_path)
+
+    # 0.32 of a 60 px pitch in x and in y: the median of such a distance is 1.18 sigma, 22.6 px
+    assert before.figures["median_px"] == pytest.approx(22.6, rel=0.5)
+    assert after.figures["median_px"] == pytest.approx(before.figures["median_px"], abs=0.01)
+    assert after.seconds is not None
+
+
+def test_every_table_has_a_row_for_each_method(bundle: Path, tmp_path: Path) -> None:
+    rows = accuracy.measure(bundle, "identity", tmp_path)
+
+    for text in (accuracy.short_table(rows), accuracy.long_table(rows), accuracy.paper_table(rows)):
+        assert text.count("| small | `identity` |") == 2
+
+
+def test_a_grown_session_holds_more_snapshots_than_its_bundle(bundle: Path) -> None:
+    told = speed.grow(bundle, 30, "identity")
+
+    assert set(told) == {"median_ms", "slowest_ms", "settle_s", "memory_mb"}
+    assert 0 < told["median_ms"] <= told["slowest_ms"]

@@ -1,0 +1,48 @@
+"""The pictures of the README and the guides: a demo server, a real browser, the mosaic part grown.
+
+Writes docs/pictures/live.png (1440 x 900) and live-small.png (1024 x 768).
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Page, sync_playwright
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT))
+
+from tests.bench.stage import BROWSER_FLAGS, browser_path, server  # noqa: E402
+
+PICTURES = {"live.png": (1440, 900), "live-small.png": (1024, 768)}
+PART_GROWN = 0.55  # of the pond's floor seen
+PATIENCE_MS = 180_000
+
+
+def main() -> None:
+    """Take them."""
+    folder = ROOT / "docs" / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as data, server(Path(data) / "demo", "demo") as url, sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=browser_path(), args=BROWSER_FLAGS)
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(url)
+        wait_until_part_grown(page)
+        for name, (width, height) in PICTURES.items():
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_timeout(1500)  # the map fits itself to its new size
+            page.screenshot(path=folder / name)
+            print(f"docs/pictures/{name}")
+        browser.close()
+
+
+def wait_until_part_grown(page: Page) -> None:
+    """Until the page holds a mosaic of at least `PART_GROWN` of the floor."""
+    grown = f"() => (globalThis.pondwatch?.state?.facts?.coverage ?? 0) >= {PART_GROWN}"
+    page.wait_for_function(grown, timeout=PATIENCE_MS)
+
+
+if __name__ == "__main__":
+    main()
