@@ -12,9 +12,10 @@ from typing import Protocol
 
 from .errors import Invalid
 from .identity import IdentityCorrector
+from .lattice import LatticeCorrector
 from .values import CorrectedPose, Correction, Inspection, Quality, RodReading, Snapshot, SnapshotKey
 
-METHODS = ("auto", "identity")
+METHODS = ("auto", "identity", "lattice")
 
 
 class Corrector(Protocol):
@@ -44,6 +45,10 @@ def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:
     Raises:
         Invalid: there is no such method, or the session does not have what it needs.
     """
-    if method in ("auto", "identity"):
+    if method == "auto":
+        method = "lattice" if inspection.pond.rods else "identity"
+    if method == "identity":
         return IdentityCorrector(inspection)
+    if method == "lattice":
+        return LatticeCorrector(inspection)
     raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)

@@ -1,0 +1,140 @@
+"""What the inner circle of a rod shows, as a ring of sectors, and how that is read without knowing any colour.
+
+A rod's own annulus (between its inner and outer radius) is the reference: the sectors are log ratios to it, colour by
+colour, so gain, vignette and shading cancel. Over a session these vectors fall into two clusters along one line in
+colour space, whatever the palette. The cluster that looks like the annulus is the hollow one: what is seen through
+an empty rod's mouth is the same material; what differs is the filling. Where that does not decide, the darker one is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .observe import sample
+from .values import Bool, Camera, Float, Image
+
+SECTORS = 24
+INNER_SHARES = (0.3, 0.5, 0.7)  # of the inner radius, where sectors are sampled
+ANNULUS_SHARES = (0.35, 0.5, 0.65)  # of the way from inner to outer radius
+OFFSET = 8.0  # grey levels; keeps the log ratio of dark pixels finite
+LEAST_STEP = 0.12  # log ratio between hollow and filled, under which there is one cluster only
+LEAST_SEPARATION = 4.5  # between the clusters, in their own spreads
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Codes:
+    """The sectors at S sites of a snapshot. ratio: (S, SECTORS, 3), log ratio to the annulus. valid: (S, SECTORS).
+
+    Sector k looks along the angle 2 pi k / SECTORS, counter-clockwise from the image's +u axis.
+    """
+
+    ratio: Float
+    valid: Bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Palette:
+    """The line in colour space from hollow to filled. axis: (3,), unit. hollow, filled: positions on it.
+    spread: noise of one sector, as a share of the way. two_levels: both were seen in the data."""
+
+    axis: Float
+    hollow: float
+    filled: float
+    spread: float
+    two_levels: bool
+
+    def share(self, ratio: Float) -> Float:
+        """(..., 3) log ratios to (...) shares of the way from hollow, 0, to filled, 1."""
+        return np.asarray((ratio @ self.axis - self.hollow) / (self.filled - self.hollow))
+
+
+def read_codes(image: Image, sites_px: Float, inner_px: float, outer_px: float, camera: Camera) -> Codes:
+    """Sample the sectors of rods whose centres lie at (S, 2) px, image frame."""
+    smooth = cv2.GaussianBlur(image, (0, 0), 0.8).astype(np.float32)
+    inner = _polar(sites_px, [k * inner_px for k in INNER_SHARES])
+    ring = _polar(sites_px, [inner_px + k * (outer_px - inner_px) for k in ANNULUS_SHARES])
+    value, reference = sample(smooth, inner), sample(smooth, ring)
+    inside, ring_inside = _inside(inner, camera), _inside(ring, camera)
+    level = _annulus_level(reference, ring_inside)
+    ratio = np.log((value + OFFSET) / (level[:, None, None] + OFFSET))
+    count = inside.sum(axis=1)
+    mean = np.where(inside[..., None], ratio, 0).sum(axis=1) / np.maximum(count, 1)[..., None]
+    return Codes(mean, count >= 2)
+
+
+def _polar(sites_px: Float, radii: list[float]) -> Float:
+    """(S, R, SECTORS, 2), px: points around each site, counter-clockwise as seen with y up."""
+    angle = 2 * np.pi * np.arange(SECTORS) / SECTORS
+    ray = np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
+    return np.asarray(np.asarray(sites_px)[:, None, None] + np.asarray(radii)[:, None, None] * ray)
+
+
+def _inside(points_px: Float, camera: Camera) -> Bool:
+    u, v = points_px[..., 0], points_px[..., 1]
+    return np.asarray((u >= 0) & (v >= 0) & (u <= camera.width_px - 1) & (v <= camera.height_px - 1))
+
+
+def _annulus_level(reference: Float, inside: Bool) -> Float:
+    """(S, 3): the median colour of each annulus; where too little of it is in view, the snapshot's."""
+    flat, ok = reference.reshape(len(reference), -1, 3), inside.reshape(len(reference), -1)
+    if not ok.any():
+        return np.full((len(reference), 3), 128.0)
+    values = np.where(ok[..., None], flat, np.nan)
+    enough = ok.sum(axis=1) >= SECTORS // 3
+    level = np.tile(np.median(flat[ok], axis=0), (len(reference), 1))
+    if enough.any():
+        level[enough] = np.nanmedian(values[enough], axis=1)
+    return level
+
+
+def learn_palette(ratio: Float) -> Palette:
+    """The palette of a session from (N, 3) log ratios of sectors in view.
+
+    One cluster only: it is hollow where it looks like the annulus, filled where it does not; the other level is
+    then a guess, and `two_levels` says so.
+    """
+    if len(ratio) < SECTORS:
+        return Palette(np.full(3, -1 / np.sqrt(3)), 0.0, 1.0, 0.15, False)
+    centre = np.median(ratio, axis=0)
+    axis = np.linalg.svd(ratio - centre, full_matrices=False)[2][0]
+    axis = axis * (-np.sign(axis.sum()) or 1.0)  # towards darker
+    low, high, spread, two = _two_means(ratio @ axis)
+    if not two:
+        return _one_level(centre)
+    hollow, filled = (low, high) if _lower_is_hollow(ratio, axis, low, high) else (high, low)
+    return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), True)
+
+
+def _lower_is_hollow(ratio: Float, axis: Float, low: float, high: float) -> bool:
+    """Whether the brighter cluster is the hollow one: it lies nearer the annulus, or neither clearly does."""
+    along = ratio @ axis
+    middle = (low + high) / 2
+    lower = np.linalg.norm(np.median(ratio[along < middle], axis=0))
+    upper = np.linalg.norm(np.median(ratio[along >= middle], axis=0))
+    return bool(lower < 1.3 * upper)
+
+
+def _two_means(x: Float) -> tuple[float, float, float, bool]:
+    """Two cluster centres on a line, their pooled spread, and whether there really are two."""
+    low, high = (float(v) for v in np.percentile(x, [0.3, 99.7]))
+    for _ in range(12):
+        upper = x > (low + high) / 2
+        if upper.all() or not upper.any():
+            return low, high, 0.0, False
+        low, high = float(np.median(x[~upper])), float(np.median(x[upper]))
+    deviation = np.abs(x - np.where(upper, high, low))
+    spread = 1.4826 * float(np.median(deviation))
+    few = min(int(upper.sum()), int((~upper).sum())) < SECTORS // 4
+    two = high - low > max(LEAST_STEP, LEAST_SEPARATION * spread) and not few
+    return low, high, spread, two
+
+
+def _one_level(centre: Float) -> Palette:
+    distance = float(np.linalg.norm(centre))
+    dark = np.full(3, -1 / np.sqrt(3))
+    if distance < 0.3:
+        return Palette(dark, float(centre @ dark), float(centre @ dark) + 1.0, 0.15, False)
+    return Palette(centre / distance, 0.0, distance, 0.15, False)

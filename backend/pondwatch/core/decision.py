@@ -1,0 +1,188 @@
+"""From the evidence of many snapshots to one factor graph, and from its solution back to places and trust."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import states
+from .codes import Palette, learn_palette
+from .evidence import Evidence, Setting
+from .frames import wrap_angle
+from .inference import Decision, Problem, Tie
+from .noise import NoiseModel
+from .values import Float, Int
+
+NONE_NATS = -9.0  # log prior of lying at no place that was proposed
+HEADING_CLASS_RAD = 0.05  # places whose headings are this near share the likelihood of their looks
+IN_VIEW = 0.2  # share of a rod's sectors in view, from which its look counts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vocabulary:
+    """How looks are read in a session: the palette, which states are in use, and how often."""
+
+    palette: Palette
+    states: Int
+    prior: Float
+
+    @classmethod
+    def learn(cls, evidence: Sequence[Evidence]) -> Vocabulary:
+        """From all looks wholly in view, each under its snapshot's first heading."""
+        ratio = [e.codes.ratio[e.codes.valid.all(axis=1)] for e in evidence if len(e.places)]
+        flat = np.concatenate(ratio).reshape(-1, 3) if ratio else np.zeros((0, 3))
+        palette = learn_palette(flat)
+        like = [np.zeros((0, states.COUNT))]
+        for e in evidence:
+            if not len(e.places):
+                continue
+            whole = e.codes.valid.all(axis=1)
+            theta = np.full(int(whole.sum()), e.places.poses[0, 2])
+            like.append(states.log_likelihood(palette.share(e.codes.ratio[whole]), e.codes.valid[whole], theta))
+        stacked = np.concatenate(like)
+        used, prior = states.prior_from(stacked, np.ones((len(stacked), 1), dtype=bool))
+        return cls(palette, used, prior)
+
+    def looks(self, e: Evidence, theta_rad: float) -> Float:
+        """(S, K): likelihood of what each site shows under each state, over its likelihood under the prior."""
+        share = self.palette.share(e.codes.ratio)
+        log_like = states.log_likelihood(share, e.codes.valid, np.full(len(share), theta_rad))[:, self.states]
+        like = np.exp(log_like)
+        return np.asarray(like / (like @ self.prior)[:, None])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """One snapshot's part of the graph. prior: (H + 1,), nats, the last for no place. hypothesis, rod, look: (E,).
+    values: (L, K)."""
+
+    prior: Float
+    hypothesis: Int
+    rod: Int
+    look: Int
+    values: Float
+
+
+def turns_of(setting: Setting) -> int:
+    """How many headings map the layout's neighbour vectors onto themselves: six, four, or one."""
+    steps = setting.layout.steps
+    for turns in (6, 4, 2):
+        a = 2 * np.pi / turns
+        turned = steps @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]])
+        gap = np.hypot(*(turned[:, None] - steps[None]).transpose(2, 0, 1)).min(axis=1, initial=np.inf)
+        if len(steps) and (gap < 0.1 * setting.layout.pitch).all():
+            return turns
+    return 1
+
+
+def tabulate(e: Evidence, vocabulary: Vocabulary, noise: NoiseModel, setting: Setting, turns: int) -> Table:
+    """The factors of one snapshot."""
+    places = e.places
+    count = len(places)
+    pond_m2, cell_m2 = _areas(setting)
+    prior = noise.log_prior(places.poses, e.snapshot.pose_pond, cell_m2, pond_m2, turns) + places.geometry
+    visible = (e.codes.valid.mean(axis=1) > IN_VIEW) if len(e.sites_px) else np.zeros(0, bool)
+    group = np.round(wrap_angle(places.poses[:, 2]) / HEADING_CLASS_RAD).astype(np.int64) if count else np.zeros(0, int)
+    hypothesis, rod, look, values, offset = [], [], [], [], 0
+    for g in np.unique(group):
+        rows = np.flatnonzero(group == g)
+        values.append(vocabulary.looks(e, float(places.poses[rows[0], 2])))
+        h, k = np.nonzero(e.site[rows] >= 0)
+        h = rows[h]
+        seen = visible[e.site[h, k]]
+        h, k = h[seen], k[seen]
+        hypothesis.append(h)
+        rod.append(places.rods[h, k])
+        look.append(offset + e.site[h, k])
+        offset += len(e.sites_px)
+    return Table(
+        np.append(prior, NONE_NATS),
+        _joined(hypothesis),
+        _joined(rod),
+        _joined(look),
+        np.concatenate(values) if values else np.zeros((0, len(vocabulary.prior))),
+    )
+
+
+def _areas(setting: Setting) -> tuple[float, float]:
+    """(pond, cell), square metres: the hull of the layout, and one rod's share of it."""
+    size = np.ptp(setting.layout.centres, axis=0) + setting.layout.pitch
+    pond = float(size[0] * size[1])
+    return pond, min(pond / len(setting.layout.ids), setting.layout.pitch**2)
+
+
+def _joined(parts: Sequence[Int]) -> Int:
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.int64)
+
+
+def assemble(tables: Sequence[Table], vocabulary: Vocabulary, rods: int, ties: Sequence[Tie] = ()) -> Problem:
+    """One graph of all snapshots' tables, in their order."""
+    start = np.concatenate([[0], np.cumsum([len(t.prior) for t in tables])]).astype(np.int64)
+    look_start = np.concatenate([[0], np.cumsum([len(t.values) for t in tables])])
+    return Problem(
+        start,
+        np.concatenate([t.prior for t in tables]),
+        _joined([t.hypothesis + start[i] for i, t in enumerate(tables)]),
+        _joined([t.rod for t in tables]),
+        _joined([t.look + look_start[i] for i, t in enumerate(tables)]).astype(np.int64),
+        np.concatenate([t.values for t in tables]),
+        vocabulary.prior,
+        rods,
+        ties,
+    )
+
+
+def chains(evidence: Sequence[Evidence]) -> tuple[Int, Int]:
+    """(T,), (T,): consecutive snapshots of one robot and boot, by sequence."""
+    order = sorted(range(len(evidence)), key=lambda i: evidence[i].snapshot.key)
+    first, second = [], []
+    for a, b in zip(order, order[1:], strict=False):
+        ka, kb = evidence[a].snapshot.key, evidence[b].snapshot.key
+        if (ka.robot, ka.boot) == (kb.robot, kb.boot):
+            first.append(a)
+            second.append(b)
+    return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
+
+
+def tie_errors(evidence: Sequence[Evidence], noise: NoiseModel, first: Int, second: Int) -> list[Tie]:
+    """Ties by a first-order autoregressive error of the pose: the log of the conditional over the marginal density,
+    with the share of gross errors as an escape."""
+    if noise.correlation <= 0:
+        return []
+    rho, sigma = noise.correlation, noise.sigma_xy_m
+    left = sigma**2 * (1 - rho**2)
+    escape = np.log(max(2 * noise.gross, 0.01))
+    ties = []
+    for a, b in zip(first, second, strict=True):
+        ea = np.vstack([_errors(evidence[a]) / sigma, [[np.nan, np.nan]]])
+        eb = np.vstack([_errors(evidence[b]) / sigma, [[np.nan, np.nan]]])
+        step = ((eb[None] - rho * ea[:, None]) ** 2).sum(axis=-1) * sigma**2 / (2 * left)
+        gain = -step + (eb[None] ** 2).sum(axis=-1) / 2 - np.log(1 - rho**2)
+        ties.append(Tie(int(a), int(b), np.logaddexp(np.nan_to_num(gain, nan=0.0), escape)))
+    return ties
+
+
+def _errors(e: Evidence) -> Float:
+    return np.asarray(e.snapshot.pose_pond[:2] - e.places.poses[:, :2])
+
+
+def trust(problem: Problem, decisions: Sequence[Decision]) -> Float:
+    """(N,): probability of the best decision's place for each snapshot.
+
+    Its marginal, less the mass of the other assignments that the search found and that place it elsewhere.
+    """
+    best = decisions[0]
+    own = best.belief[best.choice]
+    weight = np.exp(np.clip([d.score - best.score for d in decisions], -60, 0))
+    other = np.zeros(problem.snapshots)
+    counted: list[Int] = []
+    total = 1.0
+    for d, w in zip(decisions[1:], weight[1:], strict=True):
+        if any((d.choice == c).all() for c in [best.choice, *counted]):
+            continue
+        counted.append(d.choice)
+        other += w * (d.choice != best.choice)
+        total += float(w)
+    return np.asarray(own * (1 - other / total))

@@ -1,0 +1,138 @@
+"""A snapshot to rods found: where their centres lie in the image, whatever the rods look like.
+
+A rod is a stack of concentric circles of known radii. Around its centre every edge, dark to light or light to dark,
+has its gradient along the radius. So the doubled angle of the gradient (which forgets the sign) is correlated with
+the doubled angle of the radius over the ring band of the layout: one for a perfect stack, near zero elsewhere,
+negative between rods. No colour, contrast, ring width or renderer comes in. (The idea is that of the structure
+tensor's rotational symmetries, doi 10.1016/0165-1684(84)90012-9, with the band of radii known.)
+
+The support is the share of the band that lies inside the image, so rods cut by the border, and rods whose centre
+lies just outside, are found too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .values import Float, Float32, Image
+
+MIN_SUPPORT = 0.22  # of the ring band inside the image
+PEAK_SHARE = 0.4  # of the best responses in the snapshot
+PEAK_FLOOR = 0.12  # correlation under which nothing is called a rod
+SMOOTHING_PX = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RingBand:
+    """The correlation kernels for rods of given radii in pixels; made once a session. pad: px around the image."""
+
+    cosine: Float32
+    sine: Float32
+    support: Float32
+    pad: int
+    outer_px: float
+    inner_px: float
+
+    @classmethod
+    def of(cls, inner_px: float, outer_px: float, width_px: int, height_px: int) -> RingBand:
+        """Kernels for an image of that size; radii in px."""
+        reach = int(np.ceil(1.15 * outer_px)) + 1
+        y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].astype(np.float32)
+        r = np.hypot(x, y)
+        band = ((r > 0.85 * inner_px) & (r < 1.12 * outer_px)) / np.maximum(r, 1)
+        band = (band / band.sum()).astype(np.float32)
+        square = np.maximum(r * r, 1)
+        pad = int(np.ceil(outer_px)) + 2
+        inside = np.zeros((height_px + 2 * pad, width_px + 2 * pad), np.float32)
+        inside[pad:-pad, pad:-pad] = 1
+        support = cv2.filter2D(inside, -1, band, borderType=cv2.BORDER_CONSTANT)
+        kernels = (
+            np.asarray(k, dtype=np.float32) for k in ((x * x - y * y) / square * band, 2 * x * y / square * band)
+        )
+        return cls(*kernels, np.asarray(support, dtype=np.float32), pad, outer_px, inner_px)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RodsFound:
+    """Rod candidates of one snapshot.
+
+    centres_px: (K, 2), px, image frame, may lie just outside the image. response: (K,), correlation, up to 1.
+    support: (K,), share of the ring band in the image. field: the whole response, px frame shifted by `pad`.
+    """
+
+    centres_px: Float
+    response: Float
+    support: Float
+    field: Float32
+    pad: int
+    typical: float
+
+
+def response_field(image: Image, band: RingBand) -> Float32:
+    """The correlation of the doubled gradient angle with rods centred at each pixel.
+
+    The gradients of the colour channels are summed as doubled angles, where their signs do not cancel, so an outline
+    that differs from its ground in hue alone counts as much as one in brightness.
+
+    Args:
+        image: (H, W, 3).
+
+    Returns:
+        (H + 2 pad, W + 2 pad), at most 1; zero where the support is under MIN_SUPPORT.
+    """
+    p = band.pad
+    smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), SMOOTHING_PX)
+    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
+    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
+    across, down, both = (np.einsum("hwc,hwc->hw", a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
+    energy = across + down
+    weight = 1 / (energy + 4 * float(np.median(energy)) + 1e-9)
+    cosine = cv2.copyMakeBorder((across - down) * weight, p, p, p, p, cv2.BORDER_CONSTANT)
+    sine = cv2.copyMakeBorder(2 * both * weight, p, p, p, p, cv2.BORDER_CONSTANT)
+    field = cv2.filter2D(cosine, -1, band.cosine, borderType=cv2.BORDER_CONSTANT)
+    field = cv2.add(field, cv2.filter2D(sine, -1, band.sine, borderType=cv2.BORDER_CONSTANT))
+    return np.where(band.support > MIN_SUPPORT, field / np.maximum(band.support, MIN_SUPPORT), 0).astype(np.float32)
+
+
+def find_rods(image: Image, band: RingBand) -> RodsFound:
+    """Rod candidates, best first: local maxima of the response, to a fraction of a pixel by a parabola."""
+    field = response_field(image, band)
+    size = 2 * int(round(0.75 * band.outer_px)) + 1
+    top = field >= cv2.dilate(field, np.ones((size, size), np.uint8))
+    v, u = np.nonzero(top & (field > PEAK_FLOOR))
+    order = np.argsort(-field[v, u], kind="stable")
+    u, v = u[order], v[order]
+    typical = float(np.median(field[v, u][:4])) if len(u) else 0.0
+    strong = field[v, u] > PEAK_SHARE * typical
+    u, v = u[strong], v[strong]
+    centres = np.stack([u + _vertex(field, u, v, 0, 1), v + _vertex(field, u, v, 1, 0)], axis=1) - band.pad
+    return RodsFound(
+        centres, field[v, u].astype(np.float64), band.support[v, u].astype(np.float64), field, band.pad, typical
+    )
+
+
+def _vertex(field: Float32, u: np.ndarray, v: np.ndarray, dv: int, du: int) -> Float:
+    """Offset of a parabola's top through a maximum and its two neighbours, px, in -0.5..0.5."""
+    h, w = field.shape
+    before = field[np.clip(v - dv, 0, h - 1), np.clip(u - du, 0, w - 1)].astype(np.float64)
+    after = field[np.clip(v + dv, 0, h - 1), np.clip(u + du, 0, w - 1)].astype(np.float64)
+    curve = before - 2 * field[v, u] + after
+    return np.clip(np.where(curve < -1e-9, 0.5 * (before - after) / np.minimum(curve, -1e-9), 0), -0.5, 0.5)
+
+
+def sample(field: Float32, points_px: Float, pad: int = 0, outside: float = 0.0) -> Float:
+    """Bilinear values of an image at (..., 2) points, px; `outside` beyond it."""
+    p = np.asarray(points_px, dtype=np.float32).reshape(-1, 2) + np.float32(pad)
+    if not len(p):
+        return np.zeros(np.shape(points_px)[:-1])
+    rows = np.array_split(np.arange(len(p)), len(p) // 32000 + 1)
+    parts = [
+        cv2.remap(field, p[r, 0], p[r, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=outside)
+        for r in rows
+    ]
+    flat = np.concatenate([np.asarray(q).reshape(len(r), -1) for q, r in zip(parts, rows, strict=True)])
+    shape = np.shape(points_px)[:-1]
+    return flat.reshape(*shape, flat.shape[1]) if flat.shape[1] > 1 else flat.reshape(shape)
