@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -138,7 +139,7 @@ def chains(evidence: Sequence[Evidence]) -> tuple[Int, Int]:
     """(T,), (T,): consecutive snapshots of one robot and boot, by sequence."""
     order = sorted(range(len(evidence)), key=lambda i: evidence[i].snapshot.key)
     first, second = [], []
-    for a, b in zip(order, order[1:], strict=False):
+    for a, b in pairwise(order):
         ka, kb = evidence[a].snapshot.key, evidence[b].snapshot.key
         if (ka.robot, ka.boot) == (kb.robot, kb.boot):
             first.append(a)

@@ -49,10 +49,9 @@ class RingBand:
         inside = np.zeros((height_px + 2 * pad, width_px + 2 * pad), np.float32)
         inside[pad:-pad, pad:-pad] = 1
         support = cv2.filter2D(inside, -1, band, borderType=cv2.BORDER_CONSTANT)
-        kernels = (
-            np.asarray(k, dtype=np.float32) for k in ((x * x - y * y) / square * band, 2 * x * y / square * band)
-        )
-        return cls(*kernels, np.asarray(support, dtype=np.float32), pad, outer_px, inner_px)
+        cosine = np.asarray((x * x - y * y) / square * band, dtype=np.float32)
+        sine = np.asarray(2 * x * y / square * band, dtype=np.float32)
+        return cls(cosine, sine, np.asarray(support, dtype=np.float32), pad, outer_px, inner_px)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +99,7 @@ def response_field(image: Image, band: RingBand) -> Float32:
 def find_rods(image: Image, band: RingBand) -> RodsFound:
     """Rod candidates, best first: local maxima of the response, to a fraction of a pixel by a parabola."""
     field = response_field(image, band)
-    size = 2 * int(round(0.75 * band.outer_px)) + 1
+    size = 2 * round(0.75 * band.outer_px) + 1
     top = field >= cv2.dilate(field, np.ones((size, size), np.uint8))
     v, u = np.nonzero(top & (field > PEAK_FLOOR))
     order = np.argsort(-field[v, u], kind="stable")

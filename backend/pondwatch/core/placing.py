@@ -15,7 +15,7 @@ from .fill import Looks, to_pond, wholly_in_view
 from .frames import centre_px, pond_to_image
 from .noise import NoiseModel
 from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Patches, Profile, cut, fit, learn_profile
-from .values import Camera, CorrectedPose, Float, Float32, Int, Status
+from .values import CorrectedPose, Float, Float32, Int, Status
 
 TEACHERS = 56  # snapshots that the profile is learned from
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed

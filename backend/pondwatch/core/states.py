@@ -7,6 +7,8 @@ itself is read later, from all looks together (`fill.py`).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from .codes import SECTORS
@@ -39,6 +41,12 @@ def templates(angles_rad: Float) -> Float:
     return np.array(rows)
 
 
+@lru_cache(maxsize=1)
+def _fine_templates() -> Float:
+    """(COUNT, 4 SECTORS): the templates at quarter-sector steps; the same always."""
+    return templates(2 * np.pi * np.arange(4 * SECTORS) / (4 * SECTORS))
+
+
 def log_likelihood(share: Float, valid: Bool, theta_rad: Float, sigma: float = CODE_SIGMA) -> Float:
     """How well each state explains what was seen.
 
@@ -51,7 +59,7 @@ def log_likelihood(share: Float, valid: Bool, theta_rad: Float, sigma: float = C
         (S, COUNT), nats, up to a term that all states share; at least -SLIP_NATS below a perfect match.
     """
     steps = np.round(theta_rad / (2 * np.pi / (4 * SECTORS))).astype(int) % (4 * SECTORS)
-    fine = templates(2 * np.pi * np.arange(4 * SECTORS) / (4 * SECTORS))
+    fine = _fine_templates()
     out = np.empty((len(share), COUNT))
     seen = np.where(valid, np.clip(share, -0.5, 1.5), 0)
     for step in np.unique(steps):
