@@ -1,0 +1,134 @@
+"""The live feed and the page over a scripted source: a server with no store, for tests in a browser."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import threading
+import time
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import Any
+
+import cv2
+import uvicorn
+from fastapi import FastAPI, Response
+from fastapi.responses import FileResponse, JSONResponse
+
+from pondwatch.live.bus import LocalBus
+from pondwatch.live.hub import Hub, Timing
+from pondwatch.live.socket import live_router
+
+from .movie import SCALE_M, Movie, now
+from .source import ScriptedSource
+
+FRONTEND = Path(__file__).parents[2] / "frontend"
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; "
+    "font-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'"
+)
+
+
+class FakeServer:
+    """A server at `url`. `advance` makes news of the movie; `stop` and `start` again cut the link."""
+
+    def __init__(self, source: ScriptedSource, movie: Movie | None = None, timing: Timing | None = None) -> None:
+        self.source, self.movie, self.timing = source, movie, timing or Timing()
+        self.bus = LocalBus()
+        self.listening = True
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self.url = f"http://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        config = uvicorn.Config(make_app(self), "127.0.0.1", self.port, log_level="error", timeout_graceful_shutdown=1)
+        self._server = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._server.run, daemon=True)
+        self._thread.start()
+        while not self._server.started:
+            time.sleep(0.01)
+
+    def stop(self) -> None:
+        self._server.should_exit = True
+        self._thread.join(10)
+
+    def advance(self, count: int = 1) -> int:
+        """Snapshots more, each a revision that is told of; returns the newest."""
+        assert self.movie
+        for _ in range(count):
+            self.bus.publish("s1", self.movie.advance(self.source))
+        return self.source.revision
+
+
+@contextlib.contextmanager
+def serving(movie: Movie | None = None, timing: Timing | None = None) -> Iterator[FakeServer]:
+    """A server over a movie's pond, started; stopped at the end."""
+    movie = movie or Movie()
+    source = ScriptedSource(movie.raster)
+    source.session.update(movie.session())
+    server = FakeServer(source, movie, timing)
+    server.start()
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
+def make_app(server: FakeServer) -> FastAPI:
+    """The application, as the composition root would put it together."""
+    source = server.source
+    hub = Hub(source, server.bus, server.timing)
+
+    @contextlib.asynccontextmanager
+    async def life(_: FastAPI) -> AsyncIterator[None]:
+        hub.start()
+        yield
+        await hub.stop()
+
+    app = FastAPI(lifespan=life)
+    app.include_router(live_router(hub))
+
+    @app.get("/api/sessions")
+    def sessions() -> Any:
+        return {"sessions": [{**source.session, "revision": source.revision}] if server.listening else []}
+
+    @app.get("/api/sessions/{session}")
+    def session(session: str) -> Response:
+        if session != "s1":
+            return JSONResponse({"detail": f"There is no session {session!r}."}, 404)
+        return JSONResponse({**source.session, "revision": source.revision})
+
+    @app.get("/api/sessions/s1/rods/{rod}")
+    def rod(rod: str) -> Any:
+        views = server.movie.views.get(rod, 0) if server.movie else 0
+        return {
+            "rod_id": rod,
+            "method": "lattice",
+            "views": views,
+            "snapshots": [_evidence(i) for i in range(min(views, 6))],
+        }
+
+    @app.get("/api/sessions/s1/snapshots/{robot}/{boot}/{sequence}/image")
+    def image(robot: str, boot: int, sequence: int) -> Response:
+        assert server.movie
+        content = cv2.imencode(".png", server.movie.floor[:110, sequence * 30 : sequence * 30 + 160])[1].tobytes()
+        return Response(content, media_type="image/png")
+
+    vendor = json.loads((FRONTEND / "vendor.json").read_text())
+
+    @app.get("/{path:path}")
+    def page(path: str) -> Response:
+        file = FRONTEND / vendor.get(f"/{path}", path or "index.html")
+        headers = {"content-security-policy": POLICY, "cache-control": "no-cache"}
+        return FileResponse(file, headers=headers) if file.is_file() else Response(status_code=404)
+
+    return app
+
+
+def _evidence(i: int) -> dict[str, Any]:
+    raw = {"x_m": 0.2 + 30 * i * SCALE_M, "y_m": 0.3, "theta_rad": 0.06}
+    corrected = {"x_m": 0.21 + 30 * i * SCALE_M, "y_m": 0.29, "theta_rad": 0.0}
+    key = {"robot": f"bubble-{i + 1}", "boot": 0, "sequence": i, "captured_at": now()}
+    return {**key, "raw": raw, "corrected": corrected, "status": "placed", "fill": 0.41}
