@@ -1,0 +1,76 @@
+"""A pond by seed: a lattice of rods, their fills, and the cells around them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pondwatch.core.values import Float, Pond, Rod
+
+from .spec import Lattice, SimulationSpec
+
+OUTER_RADIUS = 0.36  # of the pitch
+INNER_RADIUS = 0.23
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedPond:
+    """A pond and what is true of it.
+
+    fills: (R,), 0 to 1, in the layout's order. starts_rad: (R,), where each wedge starts, counter-clockwise in the
+    pond frame. cells: (C, 2), m, the centres of lattice cells, with a rod or without.
+    """
+
+    pond: Pond
+    fills: Float
+    starts_rad: Float
+    cells: Float
+    lattice: Lattice
+    pitch_m: float
+    angle_rad: float
+
+
+def make_pond(spec: SimulationSpec, rng: np.random.Generator) -> SimulatedPond:
+    """A pond with a layout, or an unmapped one without rods."""
+    width, height = spec.pond_size_m
+    sites = _sites(spec, rng) if spec.mapped else np.zeros((0, 2))
+    present = rng.random(len(sites)) >= spec.missing
+    rods = tuple(
+        Rod(f"R{i:04d}", x, y, round(OUTER_RADIUS * spec.pitch_m, 7), round(INNER_RADIUS * spec.pitch_m, 7))
+        for i, (x, y) in enumerate(np.round(sites[present], 7).tolist())
+    )
+    fills = _fills(spec, sites[present], rng)
+    starts = rng.uniform(-np.pi, np.pi, len(rods))
+    cells = sites if spec.edge_cells else sites[present]
+    return SimulatedPond(Pond(width, height, rods), fills, starts, cells, spec.lattice, spec.pitch_m,
+                         spec.lattice_angle_rad)  # fmt: skip
+
+
+def _sites(spec: SimulationSpec, rng: np.random.Generator) -> Float:
+    """(S, 2), m: lattice points whose rods lie inside the pond, from the upper left, row by row."""
+    size, pitch = np.array(spec.pond_size_m), spec.pitch_m
+    reach = int(np.ceil(np.hypot(*size) / pitch)) + 2
+    i, j = np.meshgrid(np.arange(-reach, reach + 1), np.arange(-reach, reach + 1))
+    if spec.lattice == "hexagonal":
+        grid = np.stack([i + (j % 2) / 2, j * np.sqrt(3) / 2], axis=-1)
+    else:
+        grid = np.stack([i, j], axis=-1).astype(np.float64)
+    c, s = np.cos(spec.lattice_angle_rad), np.sin(spec.lattice_angle_rad)
+    phase = rng.uniform(-0.5, 0.5, 2)
+    points = (grid.reshape(-1, 2) + phase) @ np.array([[c, s], [-s, c]]) * pitch + size / 2
+    margin = OUTER_RADIUS * pitch * 1.1
+    inside = points[((points > margin) & (points < size - margin)).all(axis=1)]
+    return np.asarray(inside[np.lexsort((inside[:, 0], -np.round(inside[:, 1] / pitch, 3)))])
+
+
+def _fills(spec: SimulationSpec, sites: Float, rng: np.random.Generator) -> Float:
+    n = len(sites)
+    if spec.fills in ("empty", "full"):
+        return np.full(n, float(spec.fills == "full"))
+    if spec.fills == "striped":
+        return np.asarray((np.round(sites[:, 1] / spec.pitch_m).astype(int) % 2).astype(np.float64))
+    if spec.fills == "quarters":
+        return rng.choice([0.0, 0.25, 0.5, 0.75, 1.0], n, p=[0.3, 0.1, 0.1, 0.1, 0.4])
+    partial = np.round(rng.uniform(0.1, 0.9, n), 4)
+    return np.asarray(np.where(rng.random(n) < 0.4, partial, rng.choice([0.0, 1.0], n)))

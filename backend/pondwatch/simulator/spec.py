@@ -1,0 +1,85 @@
+"""What to simulate. Every value is a plain number or word, so that a spec can be written down beside its results."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from pondwatch.core.errors import Invalid
+from pondwatch.core.values import Camera
+
+Lattice = Literal["hexagonal", "square"]
+Fills = Literal["quarters", "wedges", "empty", "full", "striped"]
+Path = Literal["uniform", "smooth", "sweep"]
+Noise = Literal["independent", "drift"]
+WaterKind = Literal["clear", "murky"]
+ImageKind = Literal["png", "jpeg", "webp"]
+
+SMALL_CAMERA = Camera(160, 110, 0.0005625)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationSpec:
+    """One inspection. Lengths in image pixels unless named otherwise.
+
+    The pond's size follows from `snapshots` and `coverage` (the mean number of looks at a point of the floor).
+    `noise_pitch` is one standard deviation of x and of y, in lattice pitches. `claim` scales what the localisation
+    says of its noise: 1 is honest, 0 says nothing. `mapped=False`: a textured floor without rods or layout.
+    """
+
+    name: str = "Simulated pond"
+    snapshots: int = 221
+    robots: int = 7
+    coverage: float = 6.14
+    camera: Camera = SMALL_CAMERA
+    capture_interval_s: float = 0.14
+    start_s: float = 1767254400.0  # 2026-01-01T08:00:00Z
+
+    mapped: bool = True
+    lattice: Lattice = "hexagonal"
+    pitch_px: float = 60.0
+    lattice_angle_rad: float = 0.0
+    missing: float = 0.03  # share of lattice sites without a rod, known to the layout
+    edge_cells: bool = True  # whether sites without a rod still have their cell's walls
+    fills: Fills = "quarters"
+
+    path: Path = "uniform"
+    theta_range_rad: float = 1.0
+
+    noise: Noise = "independent"
+    noise_pitch: float = 0.32
+    noise_theta_rad: float = 0.1
+    outliers: float = 0.0  # share of poses that are anywhere in the pond
+    heading_known: bool = True
+    claim: float = 1.0
+
+    water: WaterKind = "clear"
+    print_colours: bool = False  # the colours of a printed mock-up instead of random ones
+    image_kind: ImageKind = "jpeg"
+    quality: int = 92
+
+    @property
+    def pond_size_m(self) -> tuple[float, float]:
+        """(width, height), m, sixteen to eleven."""
+        camera = self.camera
+        area_px = self.snapshots * camera.width_px * camera.height_px / self.coverage
+        width_px = math.sqrt(area_px * 16 / 11)
+        return width_px * camera.metres_per_pixel, width_px * 11 / 16 * camera.metres_per_pixel
+
+    @property
+    def pitch_m(self) -> float:
+        """The lattice's pitch, m."""
+        return self.pitch_px * self.camera.metres_per_pixel
+
+    def check(self) -> None:
+        """Raises Invalid: a value out of its range, by name."""
+        ranges = {
+            "snapshots": (1, 100_000), "robots": (1, 1000), "coverage": (0.01, 1000), "pitch_px": (12, 2000),
+            "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
+            "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
+        }  # fmt: skip
+        for name, (low, high) in ranges.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise Invalid(f"{name} must be from {low} to {high:g}, and is {value}.", field=name)
