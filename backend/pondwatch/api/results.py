@@ -1,0 +1,118 @@
+"""What a session says: poses, rods, the mosaic and its tiles."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from fastapi import APIRouter, Query
+from fastapi.responses import JSONResponse, Response
+from sqlalchemy import Connection, RowMapping
+
+from pondwatch.core.coverage import rods_in_view
+from pondwatch.core.errors import Missing
+from pondwatch.core.values import CorrectedPose, Pond, SnapshotKey, Status
+from pondwatch.jobs import exports, tiles, views
+from pondwatch.jobs.views import Json
+from pondwatch.store import revisions, sessions
+from pondwatch.store.sessions import Session
+
+from .services import Here
+
+router = APIRouter(prefix="/api/sessions/{session_id}", tags=["results"])
+Format = Annotated[Literal["json", "csv"], Query(alias="format")]
+
+
+@router.get("/poses", summary="Corrected poses")
+def get_poses(here: Here, session_id: str, form: Format = "json") -> Response:
+    """`poses`, in order of robot, boot and sequence, as of `revision`; or `poses.csv` itself."""
+    session, rows = here.store.read(lambda c: (sessions.get(c, session_id), revisions.pose_rows(c, session_id)))
+    if form == "csv":
+        return _file(exports.poses_csv(_corrected(row) for row in rows), "text/csv", "poses.csv")
+    return JSONResponse({"session": session.id, "revision": session.revision, "poses": [views.pose(r) for r in rows]})
+
+
+def _corrected(row: RowMapping) -> CorrectedPose:
+    pose = None if row["x_m"] is None else np.array([row["x_m"], row["y_m"], row["theta_rad"]])
+    xy, theta = row["sigma_xy_m"], row["sigma_theta_rad"]
+    covariance = None if xy is None else np.diag(np.square([xy, xy, theta]))
+    return CorrectedPose(
+        SnapshotKey(row["robot"], row["boot"], row["sequence"]), pose, covariance, Status(row["status"])
+    )
+
+
+def _rods(connection: Connection, session_id: str) -> tuple[Session, list[Json]]:
+    """Every rod of the layout, in its order."""
+    session = sessions.get(connection, session_id, with_rods=True)
+    read = {row["rod_id"]: views.rod(row) for row in revisions.rod_rows(connection, session_id)}
+    return session, [read.get(r.id) or views.unseen(r.id) for r in session.inspection.pond.rods]
+
+
+@router.get("/rods", summary="Rod readings")
+def get_rods(here: Here, session_id: str, form: Format = "json") -> Response:
+    """`rods`, every one of the layout in its order, as of `revision`; or `rods.csv` itself."""
+    session, rods = here.store.read(lambda c: _rods(c, session_id))
+    if form == "csv":
+        return _file(exports.rods_csv(views.reading(r) for r in rods), "text/csv", "rods.csv")
+    return JSONResponse({"session": session.id, "revision": session.revision, "rods": rods})
+
+
+@router.get("/rods/{rod_id}", summary="One rod and the snapshots behind it")
+def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
+    """The reading, and the snapshots whose corrected footprint holds the whole rod."""
+
+    def look(connection: Connection) -> tuple[Session, list[Json], list[Json]]:
+        session, rods = _rods(connection, session_id)
+        return session, rods, [views.pose(row) for row in revisions.pose_rows(connection, session_id)]
+
+    session, rods, poses = here.store.read(look)
+    reading = next((rod for rod in rods if rod["rod_id"] == rod_id), None)
+    if reading is None:
+        raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
+    seen = [views.evidence(pose) for pose in _showing(session, rod_id, poses)]
+    return JSONResponse({**reading, "session": session_id, "method": session.method, "snapshots": seen})
+
+
+def _showing(session: Session, rod_id: str, poses: list[Json]) -> list[Json]:
+    pond = session.inspection.pond
+    alone = Pond(pond.width_m, pond.height_m, tuple(r for r in pond.rods if r.id == rod_id))
+    placed = [pose for pose in poses if pose["x_m"] is not None]
+    where = np.array([(p["x_m"], p["y_m"], p["theta_rad"]) for p in placed]).reshape(-1, 3)
+    seen = rods_in_view(where, alone, session.inspection.camera)[:, 0]
+    return [pose for pose, is_seen in zip(placed, seen, strict=True) if is_seen]
+
+
+@router.get("/mosaic.png", summary="The mosaic as PNG")
+def get_mosaic_png(here: Here, session_id: str) -> Response:
+    """The whole raster; alpha 0 where nothing was seen."""
+    _, image = tiles.whole(here.store, session_id)
+    return _file(exports.mosaic_png(image), "image/png", "mosaic.png")
+
+
+@router.get("/mosaic.pgw", summary="The world file of the PNG")
+def get_mosaic_pgw(here: Here, session_id: str) -> Response:
+    """Where the PNG lies in the pond."""
+    session = here.store.read(lambda c: sessions.get(c, session_id))
+    content = exports.world_file(views.metres_per_pixel(session), session.inspection.pond.height_m)
+    return _file(content, "text/plain", "mosaic.pgw")
+
+
+@router.get("/mosaic.tif", summary="The mosaic as GeoTIFF")
+def get_mosaic_tif(here: Here, session_id: str) -> Response:
+    """In the pond frame; alpha 0 where nothing was seen."""
+    session, image = tiles.whole(here.store, session_id)
+    content = exports.mosaic_tif(image, views.metres_per_pixel(session), session.inspection.pond.height_m)
+    return _file(content, "image/tiff", "mosaic.tif")
+
+
+@router.get("/tiles/{layer}/{z}/{x}/{y}", summary="A 256-pixel tile of a layer")
+def get_tile(here: Here, session_id: str, layer: str, z: int, x: int, y: int, revision: int | None = None) -> Response:
+    """PNG. z 0 is the whole pond; x right, y down. Immutable where `revision` is the newest."""
+    content, newest = tiles.tile(here.store, session_id, layer, z, x, y)
+    cache = "private, max-age=31536000, immutable" if revision == newest else "no-cache"
+    return Response(content, 200, {"Cache-Control": cache, "Pondwatch-Revision": str(newest)}, "image/png")
+
+
+def _file(content: bytes, media_type: str, name: str) -> Response:
+    headers = {"Content-Disposition": f'inline; filename="{name}"', "Cache-Control": "no-cache"}
+    return Response(content, 200, headers, media_type)

@@ -1,0 +1,101 @@
+"""What requests must say. Pydantic stands at this border only."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from typing import Annotated, Any
+
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, StringConstraints, TypeAdapter
+from pydantic import ValidationError as Fault
+
+from pondwatch.core.errors import InvalidPose, PondwatchError
+from pondwatch.core.values import SnapshotKey
+from pondwatch.jobs.ingest import Upload
+
+from .problems import BadRequest, bad_request
+
+MOST = 2**53 - 1  # what JavaScript still counts exactly
+Name = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f/]+$")]
+Count = Annotated[int, Field(strict=True, ge=0, le=MOST)]
+Digest = Annotated[str, StringConstraints(pattern=r"^sha256:[0-9a-f]{64}$")]
+Metres = Annotated[FiniteFloat, Field(strict=True, ge=-1e6, le=1e6)]
+Moment = Annotated[
+    AwareDatetime, Field(strict=True, ge=datetime(1970, 1, 1, tzinfo=UTC), lt=datetime(2200, 1, 1, tzinfo=UTC))
+]
+_POSE_FIELDS = {"x_m", "y_m", "theta_rad"}
+
+
+class PoseIn(BaseModel):
+    """Part `pose` of an upload: the snapshot's key, when it was taken, and its noisy pose in the pond frame."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    robot: Name
+    sequence: Count
+    boot: Count = 0
+    captured_at: Moment
+    x_m: Metres
+    y_m: Metres
+    theta_rad: Metres
+    digest: Digest | None = None
+
+    def upload(self, image: bytes) -> Upload:
+        """With its picture, as the jobs take it."""
+        key = SnapshotKey(self.robot, self.boot, self.sequence)
+        return Upload(key, _ms(self.captured_at), self.x_m, self.y_m, self.theta_rad, image, self.digest)
+
+
+class BatchItemIn(PoseIn):
+    """An item of part `poses`. image: the name of the part that holds its picture."""
+
+    image: Annotated[str, StringConstraints(min_length=1, max_length=200)]
+
+
+_ITEMS = TypeAdapter(list[Any])
+
+
+def pose_of(text: bytes | str) -> PoseIn:
+    """The part `pose`.
+
+    Raises:
+        InvalidPose: x_m, y_m or theta_rad is not a finite number. BadRequest: anything else is not as it should be.
+    """
+    try:
+        return PoseIn.model_validate_json(text)
+    except Fault as fault:
+        raise _refusal(fault) from None
+
+
+def items_of(text: bytes | str, most: int) -> list[BatchItemIn | PondwatchError]:
+    """The part `poses`: every item, or what is wrong with it.
+
+    Raises:
+        BadRequest: it is not a JSON array, or of more than `most` items.
+    """
+    try:
+        listed = _ITEMS.validate_json(text)
+    except Fault as fault:
+        raise _refusal(fault) from None
+    if len(listed) > most:
+        raise BadRequest(f"poses: there are {len(listed)} items; {most} are the most.", field="poses")
+    return [_item(value) for value in listed]
+
+
+def _item(value: object) -> BatchItemIn | PondwatchError:
+    try:
+        return BatchItemIn.model_validate_json(json.dumps(value))
+    except Fault as fault:
+        return _refusal(fault)
+
+
+def _refusal(fault: Fault) -> PondwatchError:
+    first = fault.errors(include_url=False, include_input=False, include_context=False)[0]
+    found = bad_request([first])
+    if first["loc"] and first["loc"][0] in _POSE_FIELDS and first["type"] != "missing":
+        return InvalidPose(found.message, **found.facts)
+    return found
+
+
+def _ms(moment: datetime) -> int:
+    return round(moment.timestamp() * 1000)

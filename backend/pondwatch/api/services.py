@@ -1,0 +1,44 @@
+"""What the routes work with; the composition root makes it and hands it to the application."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from pondwatch.config import Settings
+from pondwatch.core.ports import Clock
+from pondwatch.jobs.ingest import Ingest
+from pondwatch.jobs.queue import Queue
+from pondwatch.jobs.steps import Observer
+from pondwatch.store.store import Store
+from pondwatch.telemetry import Telemetry
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """Everything that a request may need. intake: threads that take snapshots in."""
+
+    settings: Settings
+    store: Store
+    clock: Clock
+    ingest: Ingest
+    queue: Queue
+    observer: Observer
+    telemetry: Telemetry
+    intake: Executor
+
+    def now_ms(self) -> int:
+        """Milliseconds since the epoch."""
+        return int(self.clock.now_s() * 1000)
+
+
+def _of(request: Request) -> Services:
+    services = request.app.state.services
+    assert isinstance(services, Services)
+    return services
+
+
+Here = Annotated[Services, Depends(_of)]

@@ -1,0 +1,103 @@
+"""Sessions: open, list, look at, finish."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Query
+from fastapi.responses import JSONResponse
+from sqlalchemy import Connection
+from starlette.concurrency import run_in_threadpool
+
+from pondwatch.core.corrector import make_corrector
+from pondwatch.core.errors import InvalidLayout
+from pondwatch.core.inspection import parse_inspection
+from pondwatch.core.values import Inspection
+from pondwatch.jobs import finish, views
+from pondwatch.jobs.views import Json
+from pondwatch.store import sessions
+from pondwatch.store.sessions import State
+
+from .services import Here, Services
+
+router = APIRouter(prefix="/api/sessions", tags=["sessions"])
+_LOOK_S = 0.03
+
+
+@router.post("", status_code=201, summary="Open a session")
+def open_session(
+    here: Here, document: Annotated[Any, Body(description="The content of `session.json`.")]
+) -> JSONResponse:
+    """201 with the session. An optional `method` names how its poses are corrected."""
+    inspection = parse_inspection(document)
+    method = _method(here, document, inspection)
+    session_id = here.store.write(lambda c: sessions.create(c, inspection, method, here.now_ms()))
+    return JSONResponse(_one(here, session_id), 201, {"Location": f"/api/sessions/{session_id}"})
+
+
+def _method(here: Services, document: Json, inspection: Inspection) -> str:
+    asked = document.get("method", here.settings.method)
+    if not isinstance(asked, str):
+        raise InvalidLayout("method must be the name of a correction method.", field="method")
+    return make_corrector(inspection, asked).method
+
+
+@router.get("", summary="Sessions, newest first")
+def list_sessions(
+    here: Here,
+    limit: Annotated[int, Query(ge=1, le=200)] = 50,
+    before: Annotated[str | None, Query(max_length=40, description="The `next` of the page before.")] = None,
+) -> JSONResponse:
+    """`sessions`, and `next` where there are more."""
+
+    def look(connection: Connection) -> list[Json]:
+        page = sessions.page(connection, limit + 1, before)
+        return [views.session(s, sessions.facts(connection, s.id)) for s in page]
+
+    found = here.store.read(look)
+    more = found[limit - 1]["id"] if len(found) > limit else None
+    return JSONResponse({"sessions": found[:limit], "next": more})
+
+
+@router.get("/{session_id}", summary="One session")
+def get_session(here: Here, session_id: str) -> JSONResponse:
+    """State, counts, coverage, revision; camera, pond with its layout, raster."""
+    return JSONResponse(_one(here, session_id))
+
+
+@router.post("/{session_id}/finish", summary="No more uploads; run the last full correction")
+async def finish_session(
+    here: Here, session_id: str, wait: Annotated[float, Query(ge=0, le=60, description="Seconds to wait.")] = 4.0
+) -> JSONResponse:
+    """200 and the session once it is finished; 202 where that takes longer. May be repeated."""
+    state = await run_in_threadpool(_begin, here, session_id)
+    until = time.monotonic() + wait
+    while state is State.FINISHING and time.monotonic() < until:
+        await asyncio.sleep(_LOOK_S)
+        state = await run_in_threadpool(_state, here, session_id)
+    view = await run_in_threadpool(_one, here, session_id)
+    return JSONResponse(view, 202 if state is State.FINISHING else 200)
+
+
+def _begin(here: Services, session_id: str) -> State:
+    state = finish.begin(here.store, session_id, here.now_ms())
+    if state is State.FINISHING:
+        here.queue.wake(session_id)
+        here.observer.changed(session_id, here.store.read(lambda c: sessions.get(c, session_id)).revision)
+    return state
+
+
+def _state(here: Services, session_id: str) -> State:
+    return here.store.read(lambda c: sessions.get(c, session_id)).state
+
+
+def _one(here: Services, session_id: str) -> Json:
+    def look(connection: Connection) -> Json:
+        session = sessions.get(connection, session_id, with_rods=True)
+        view = views.session(session, sessions.facts(connection, session_id))
+        view["pond"]["rods"] = views.layout(session.inspection.pond.rods)
+        return view
+
+    return here.store.read(look)

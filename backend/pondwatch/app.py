@@ -1,0 +1,188 @@
+"""The composition root: here, and only here, the parts of the server are put together."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+import structlog
+import uvicorn
+from fastapi import FastAPI
+
+from . import __version__
+from .api import compare, health, jobs, problems, results, sessions, snapshots
+from .api.limits import BodyLimit, Guard
+from .api.pages import FrontEnd, SafeHeaders
+from .api.services import Services
+from .config import Settings
+from .jobs import views
+from .jobs.advance import Step
+from .jobs.feed import Feed
+from .jobs.ingest import Ingest
+from .jobs.lanes import Lane, ProcessLane
+from .jobs.queue import Queue
+from .jobs.steps import Steps
+from .live.bus import LocalBus
+from .live.hub import Hub
+from .live.socket import live_router
+from .live.source import Changes, Patch, Raster
+from .resources import frontend_dir
+from .store import sessions as session_rows
+from .store.clock import SystemClock
+from .store.engine import wal_is_sound
+from .store.store import Store
+from .telemetry import Telemetry, configure_logging
+
+_OVERHEAD = 256 * 1024  # what parts add to a picture
+_GRACE_S = 3
+INTAKE_THREADS = 16
+
+
+class Live:
+    """`live.source.Source` over the store. It is made before the store is opened, and set then."""
+
+    def __init__(self) -> None:
+        self.store: Store | None = None
+        self.feed: Feed | None = None
+
+    def raster(self, session: str) -> Raster:
+        """The grid of a session's mosaic."""
+        assert self.store
+        found = self.store.read(lambda c: session_rows.get(c, session))
+        return Raster(views.metres_per_pixel(found), *views.raster_size(found))
+
+    def changes(self, session: str, since: int | None) -> Changes:
+        """What changed after a revision."""
+        assert self.feed
+        news = self.feed.news(session, since)
+        patches = [
+            Patch("mosaic", p.rect.x, p.rect.y, p.rect.width, p.rect.height, p.revision, "image/png", p.content)
+            for p in news.pictures
+        ]
+        return Changes(news.session, news.revision, news.full, news.poses, news.rods, patches, news.jobs)
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What hears of every commit: the feed's memory, the metrics, and the bus."""
+
+    feed: Feed
+    telemetry: Telemetry
+    bus: LocalBus
+
+    def committed(self, session_id: str, step: Step, seconds: float) -> None:
+        """A revision was written."""
+        self.feed.remember(session_id, step)
+        self.telemetry.step_seconds.observe(seconds)
+        self.telemetry.covered.inc(step.covered)
+        self.bus.publish(session_id, step.revision)
+
+    def changed(self, session_id: str, revision: int) -> None:
+        """A job or a session's state is otherwise."""
+        self.bus.publish(session_id, revision)
+
+
+def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessLane) -> FastAPI:
+    """The whole server. It opens its data folder when it starts, not before.
+
+    Args:
+        make_lane: gives a lane that waits so many seconds for an answer.
+    """
+    live, bus, telemetry = Live(), LocalBus(), Telemetry()
+    hub = Hub(live, bus)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        services = _open(settings, live, bus, telemetry, make_lane)
+        app.state.services = services
+        hub.start()
+        yield
+        await hub.stop()
+        services.queue.close()
+        services.intake.shutdown(wait=True)
+        services.store.close()
+
+    app = FastAPI(
+        title="Pondwatch",
+        version=__version__,
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+        openapi_url="/api/openapi.json",
+    )
+    for module in (sessions, snapshots, results, jobs, compare, health):
+        app.include_router(module.router)
+    app.include_router(live_router(hub, settings.allowed_origins))
+    app.mount("/", FrontEnd(frontend_dir()), name="front end")
+    problems.install(app)
+    app.add_middleware(
+        Guard, limits=_limits(settings), timeout_s=settings.body_timeout_s, allowed_origins=settings.allowed_origins
+    )
+    app.add_middleware(SafeHeaders)
+    telemetry.watch("pondwatch_viewers", "Viewers of live feeds.", lambda: hub.viewers)
+    return app
+
+
+def _open(
+    settings: Settings, live: Live, bus: LocalBus, telemetry: Telemetry, make_lane: Callable[[float], Lane]
+) -> Services:
+    store, clock = Store(settings.data, settings.url), SystemClock()
+    if not wal_is_sound():
+        structlog.get_logger().info("sqlite_wal", note="one connection writes and checkpoints; readers never do")
+    feed = Feed(store, settings.feed_revisions, settings.feed_bytes)
+    live.store, live.feed = store, feed
+    told = Told(feed, telemetry, bus)
+    lanes = [make_lane(settings.job_timeout_s) for _ in range(settings.workers)]
+    queue = Queue(store, Steps(store, clock, told), lanes)
+    telemetry.watch("pondwatch_sessions_waiting", "Sessions that wait for a worker.", lambda: queue.waiting)
+    queue.start()
+    intake = ThreadPoolExecutor(INTAKE_THREADS, thread_name_prefix="intake")
+    return Services(settings, store, clock, Ingest(store, clock, queue.wake), queue, told, telemetry, intake)
+
+
+def _limits(settings: Settings) -> list[BodyLimit]:
+    one_session = "/api/sessions/[^/]+"
+    return [
+        BodyLimit(re.compile("/api/sessions"), settings.max_session_bytes),
+        BodyLimit(re.compile(f"{one_session}/snapshots"), settings.max_image_bytes + _OVERHEAD),
+        BodyLimit(re.compile(f"{one_session}/snapshots/batch"), settings.max_batch_bytes),
+    ]
+
+
+class _Announcing(uvicorn.Server):
+    """Says where it listens, once it does."""
+
+    def __init__(self, config: uvicorn.Config, announce: Callable[[str], None]) -> None:
+        super().__init__(config)
+        self._announce = announce
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to listen."""
+        await super().startup(sockets)
+        if self.started and self.servers:
+            host, port = self.servers[0].sockets[0].getsockname()[:2]
+            self._announce(f"http://{f'[{host}]' if ':' in host else host}:{port}")
+
+
+def serve(
+    settings: Settings,
+    announce: Callable[[str], None] = lambda url: print(f"Pondwatch is at {url}", flush=True),
+    app: FastAPI | None = None,
+) -> None:
+    """Run the server until it is told to stop (SIGINT, SIGTERM). `announce` hears its address once it listens."""
+    configure_logging()
+    config = uvicorn.Config(
+        app or create_app(settings),
+        settings.host,
+        settings.port,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        proxy_headers=False,
+        timeout_graceful_shutdown=_GRACE_S,
+    )
+    _Announcing(config, announce).run()

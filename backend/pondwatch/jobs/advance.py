@@ -1,0 +1,159 @@
+"""One step of a session: what no revision covers yet becomes one new revision, in one commit.
+
+Idempotent: killed anywhere, it leaves the store at the revision before or the one after, and runs again from there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import Connection, RowMapping
+
+from pondwatch.core.values import Status
+from pondwatch.store import jobs, revisions, sessions, snapshots
+from pondwatch.store.revisions import NewRevision, PoseRow, TileRow
+from pondwatch.store.sessions import Session, State
+from pondwatch.store.snapshots import StoredSnapshot
+from pondwatch.store.store import Store
+
+from .lanes import Lane, TaskFailed, WorkerLost
+from .tasks import Base, EncodedRect, Moved, Outcome, Shown, SnapshotRef
+from .views import reading
+
+
+class CannotLoad(Exception):
+    """A worker could not take up a session as it is stored: no fault of the snapshots that wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What was committed. left: snapshots that still wait."""
+
+    revision: int
+    covered: int
+    left: int
+    patches: tuple[EncodedRect, ...]
+    state: State
+
+
+def advance(store: Store, lane: Lane, session_id: str, now_ms: int, limit: int) -> Step | None:
+    """Cover the next snapshots, at most `limit`; None where all are covered.
+
+    Raises:
+        WorkerLost, TaskFailed: the worker could not; nothing changed. CannotLoad: nor take up what is stored.
+        Unavailable, StorageFull: the store could not; nothing changed.
+    """
+    session = store.read(lambda c: sessions.get(c, session_id))
+    fresh = store.read(lambda c: snapshots.uncovered(c, session_id, session.covered_through, limit))
+    if not fresh:
+        return None
+    refs = [snapshot_ref(store, s) for s in fresh]
+    outcome = lane.call("advance", session_id, session.revision, refs)
+    if outcome is None:
+        _load(store, lane, session_id)
+        outcome = lane.call("advance", session_id, session.revision, refs)
+    return commit(store, session, fresh, outcome, now_ms)
+
+
+def _load(store: Store, lane: Lane, session_id: str) -> None:
+    try:
+        lane.call("load", base(store, session_id))
+    except (WorkerLost, TaskFailed) as error:
+        raise CannotLoad(str(error)) from error
+
+
+def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outcome: Outcome, now_ms: int) -> Step:
+    """Write one revision that covers `fresh`."""
+    through = fresh[-1].id if fresh else session.covered_through
+    told = {moved.id for moved in outcome.poses}
+    silent = [PoseRow(s.id, Status.REJECTED, None) for s in fresh if s.id not in told]  # every snapshot has a row
+    new = NewRevision(
+        session.id,
+        session.revision,
+        through,
+        poses=[*(pose_row(m) for m in outcome.poses), *silent],
+        rods=outcome.rods,
+        tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],
+        seen_share=outcome.seen_share,
+        quality=outcome.quality.sentence,
+    )
+
+    def unit(connection: Connection) -> Step:
+        revision = revisions.write(connection, new)
+        left = snapshots.count_after(connection, session.id, through)
+        share = len(fresh) / (len(fresh) + left)
+        jobs.mark(
+            connection,
+            session.id,
+            "advance",
+            now_ms,
+            attempts=0,
+            error=None,
+            progress=share,
+            state="running" if left else "done",
+        )
+        return Step(revision, len(fresh), left, outcome.patches, session.state)
+
+    return store.write(unit)
+
+
+def pass_over(store: Store, session_id: str, now_ms: int, fault: str) -> Step | None:
+    """Reject the next snapshot without asking a worker, which it broke too often. The session goes on."""
+    session = store.read(lambda c: sessions.get(c, session_id))
+    fresh = store.read(lambda c: snapshots.uncovered(c, session_id, session.covered_through, 1))
+    if not fresh:
+        return None
+    new = NewRevision(
+        session_id,
+        session.revision,
+        fresh[0].id,
+        poses=[PoseRow(fresh[0].id, Status.REJECTED, None, fault=fault[:500])],
+    )
+
+    def unit(connection: Connection) -> Step:
+        revision = revisions.write(connection, new)
+        left = snapshots.count_after(connection, session_id, fresh[0].id)
+        jobs.mark(connection, session_id, "advance", now_ms, attempts=0, state="running" if left else "done")
+        return Step(revision, 1, left, (), session.state)
+
+    return store.write(unit)
+
+
+def base(store: Store, session_id: str) -> Base:
+    """A session as it is stored, for a worker to take up."""
+
+    def look(connection: Connection) -> Base:
+        session = sessions.get(connection, session_id, with_rods=True)
+        rows = snapshots.covered(connection, session_id)
+        shown = {row["snapshot_id"]: row for row in revisions.pose_rows(connection, session_id)}
+        refs = tuple(snapshot_ref(store, s, shown[s.id]) for s in rows if s.fault is None)
+        rods = tuple(reading(row) for row in revisions.rod_rows(connection, session_id))
+        return Base(session_id, session.revision, session.inspection, session.method, refs, rods)
+
+    return store.read(look)
+
+
+def snapshot_ref(store: Store, stored: StoredSnapshot, pose: RowMapping | None = None) -> SnapshotRef:
+    """A snapshot as a worker is told of it."""
+    s = stored.snapshot
+    return SnapshotRef(
+        stored.id,
+        s.key,
+        s.captured_ms / 1000,
+        (s.x_m, s.y_m, s.theta_rad),
+        s.digest,
+        store.blobs.path(s.digest),
+        None if pose is None else _shown(pose),
+    )
+
+
+def _shown(row: RowMapping) -> Shown:
+    pose = None if row["x_m"] is None else (row["x_m"], row["y_m"], row["theta_rad"])
+    return Shown(Status(row["status"]), pose, row["sigma_xy_m"], row["sigma_theta_rad"])
+
+
+def pose_row(moved: Moved) -> PoseRow:
+    """A corrected pose as it is stored."""
+    s = moved.shown
+    return PoseRow(moved.id, s.status, s.pose, s.sigma_xy_m, s.sigma_theta_rad, moved.log_odds, moved.fault)

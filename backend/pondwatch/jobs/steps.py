@@ -1,0 +1,116 @@
+"""One step of a session at a time, and what follows when it fails.
+
+A step that fails is repeated snapshot by snapshot; a snapshot that fails three times alone is rejected and the session
+goes on. A session that cannot be taken up or settled three times says so and waits. A store that fails is waited for.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Protocol
+
+from sqlalchemy import Connection
+
+from pondwatch.core.ports import Clock
+from pondwatch.store import jobs, sessions, snapshots
+from pondwatch.store.sessions import Session, State
+from pondwatch.store.store import Store
+
+from . import advance, finish
+from .advance import CannotLoad, Step
+from .lanes import Lane, TaskFailed, WorkerLost
+
+STEP_LIMIT = 64
+MOST_TRIES = 3
+WorkFailed = (WorkerLost, TaskFailed, CannotLoad)
+
+
+class Observer(Protocol):
+    """Hears what became of sessions, from any thread."""
+
+    def committed(self, session_id: str, step: Step, seconds: float) -> None:
+        """A revision was written, after so many seconds of work."""
+
+    def changed(self, session_id: str, revision: int) -> None:
+        """Something but the revision is otherwise: a job, or the session's state."""
+
+
+@dataclass(slots=True)
+class Trouble:
+    """What went wrong with a session lately. tries: in a row. careful: snapshots still to be taken singly."""
+
+    tries: int = 0
+    careful: int = 0
+
+
+class Steps:
+    """Takes sessions forward."""
+
+    def __init__(self, store: Store, clock: Clock, observer: Observer) -> None:
+        self._store, self._clock, self._observer = store, clock, observer
+        self._troubles: dict[str, Trouble] = {}
+
+    def take(self, lane: Lane, session_id: str) -> bool:
+        """One step; whether there is more to do.
+
+        Raises:
+            Unavailable, StorageFull: the store failed; try again later.
+        """
+        trouble = self._troubles.setdefault(session_id, Trouble())
+        try:
+            more = self._step(lane, session_id, trouble)
+        except WorkFailed as error:
+            more = self._failed(session_id, trouble, error)
+        if not more:
+            del self._troubles[session_id]
+        return more
+
+    def _step(self, lane: Lane, session_id: str, trouble: Trouble) -> bool:
+        started = time.perf_counter()
+        limit = 1 if trouble.careful else STEP_LIMIT
+        step = advance.advance(self._store, lane, session_id, self._now_ms(), limit)
+        if step is None:
+            if self._session(session_id).state is not State.FINISHING:
+                return False
+            step = finish.settle(self._store, lane, session_id, self._now_ms())
+        trouble.tries, trouble.careful = 0, max(0, trouble.careful - step.covered)
+        self._observer.committed(session_id, step, time.perf_counter() - started)
+        return step.left > 0 or step.state is State.FINISHING
+
+    def _failed(self, session_id: str, trouble: Trouble, error: Exception) -> bool:
+        trouble.tries += 1
+        session = self._session(session_id)
+        waiting = self._store.read(lambda c: snapshots.count_after(c, session_id, session.covered_through))
+        if waiting > 1 and not trouble.careful and not isinstance(error, CannotLoad):
+            trouble.tries, trouble.careful = 0, min(waiting, STEP_LIMIT)
+        final = trouble.tries >= MOST_TRIES
+        self._note(session, "advance" if waiting else "finish", str(error), final)
+        if not final:
+            return True
+        trouble.tries = 0
+        if waiting and not isinstance(error, CannotLoad):
+            return self._pass_over(session_id, trouble, str(error))
+        return False
+
+    def _note(self, session: Session, kind: str, error: str, final: bool) -> None:
+        def unit(connection: Connection) -> None:
+            jobs.fail(connection, session.id, kind, self._now_ms(), error, final=final)
+            if final and kind == "finish":
+                sessions.set_state(connection, session.id, State.FAILED)
+
+        self._store.write(unit)
+        self._observer.changed(session.id, session.revision)
+
+    def _pass_over(self, session_id: str, trouble: Trouble, fault: str) -> bool:
+        step = advance.pass_over(self._store, session_id, self._now_ms(), fault)
+        trouble.careful = max(0, trouble.careful - 1)
+        if step is not None:
+            self._observer.committed(session_id, step, 0.0)
+        return True
+
+    def _session(self, session_id: str) -> Session:
+        return self._store.read(lambda c: sessions.get(c, session_id))
+
+    def _now_ms(self) -> int:
+        return int(self._clock.now_s() * 1000)

@@ -1,0 +1,102 @@
+"""Tiles of every level, and the whole raster, put together from the stored tiles of the finest level."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection
+
+from pondwatch.core.errors import Missing
+from pondwatch.core.values import Image
+from pondwatch.store import revisions, sessions
+from pondwatch.store.sessions import Session
+from pondwatch.store.store import Store
+
+from .raster import LAYERS, TILE_PX, png
+from .views import raster_size
+
+_CHANNELS = {"mosaic": (4,), "coverage": ()}
+
+
+def finest(size_px: tuple[int, int]) -> int:
+    """The level at which a raster pixel is a screen pixel; at level 0 one tile holds the whole raster."""
+    return max(0, math.ceil(math.log2(max(size_px) / TILE_PX)))
+
+
+def tile(store: Store, session_id: str, layer: str, z: int, x: int, y: int) -> tuple[bytes, int]:
+    """A 256-pixel tile as PNG, and the revision that it is of.
+
+    Raises:
+        Missing: no such session, layer or place.
+    """
+
+    def look(connection: Connection) -> tuple[Session, dict[tuple[int, int], bytes]]:
+        session = sessions.get(connection, session_id)
+        across = _tiles_across(session, layer, z, x, y)
+        block = range(x * across, (x + 1) * across), range(y * across, (y + 1) * across)
+        return session, revisions.tiles_in(connection, session_id, layer, *block)
+
+    session, stored = store.read(look)
+    across = _tiles_across(session, layer, z, x, y)
+    out = _blank(layer, TILE_PX, TILE_PX)
+    size = TILE_PX // across if across <= TILE_PX else 1
+    for (column, row), content in stored.items():
+        small = _shrunk(_decoded(content), across)
+        top, left = (row - y * across) * TILE_PX // across, (column - x * across) * TILE_PX // across
+        out[top : top + small.shape[0], left : left + small.shape[1]] = small[:size, :size]
+    return png(out), session.revision
+
+
+def whole(store: Store, session_id: str) -> tuple[Session, Image]:
+    """The mosaic as it stands: (h, w, 4) BGRA.
+
+    Raises:
+        Missing: no such session.
+    """
+    session, rows = store.read(lambda c: (sessions.get(c, session_id), revisions.tile_rows(c, session_id, "mosaic")))
+    width, height = raster_size(session)
+    out = _blank("mosaic", width, height)
+    for row in rows:
+        image = _decoded(row["content"])
+        top, left = row["y"] * TILE_PX, row["x"] * TILE_PX
+        out[top : top + image.shape[0], left : left + image.shape[1]] = image
+    return session, out
+
+
+def _tiles_across(session: Session, layer: str, z: int, x: int, y: int) -> int:
+    """How many tiles of the finest level lie along a tile's side."""
+    size = raster_size(session)
+    deepest = finest(size)
+    if layer not in LAYERS:
+        raise Missing(f"There is no layer {layer[:40]!r}; there are {', '.join(LAYERS)}.", kind="layer", id=layer[:40])
+    if 0 <= z <= deepest:
+        across = 1 << (deepest - z)
+        side = TILE_PX * across
+        if 0 <= x <= (size[0] - 1) // side and 0 <= y <= (size[1] - 1) // side:
+            return across
+    raise Missing("There is no such tile.", kind="tile", id=f"{z}/{x}/{y}"[:40])
+
+
+def _blank(layer: str, width: int, height: int) -> NDArray[np.uint8]:
+    return np.zeros((height, width, *_CHANNELS[layer]), np.uint8)
+
+
+def _decoded(content: bytes) -> NDArray[np.uint8]:
+    return np.asarray(cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED), np.uint8)
+
+
+def _shrunk(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
+    """A picture `factor` times smaller. Colours are those of the pixels that were seen, weighted by their alpha."""
+    if factor == 1:
+        return image
+    size = max(1, math.ceil(image.shape[1] / factor)), max(1, math.ceil(image.shape[0] / factor))
+    if image.ndim == 2:
+        return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    alpha = image[..., 3:].astype(np.float32)
+    colour = cv2.resize(image[..., :3] * alpha, size, interpolation=cv2.INTER_AREA)
+    weight = cv2.resize(alpha[..., 0], size, interpolation=cv2.INTER_AREA)[..., None]
+    mean = np.divide(colour, weight, out=np.zeros_like(colour), where=weight > 0)
+    return np.concatenate([mean, weight], axis=2).round().astype(np.uint8)

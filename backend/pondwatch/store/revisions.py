@@ -1,0 +1,179 @@
+"""Revisions: what is derived from the snapshots, as of a number that only grows. One commit writes one revision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, RowMapping, select, update
+from sqlalchemy.dialects import postgresql, sqlite
+
+from pondwatch.core.errors import Conflict
+from pondwatch.core.values import RodReading
+
+from .sessions import State
+from .tables import poses, rod_readings, rods, sessions, snapshots, tiles
+
+
+@dataclass(frozen=True, slots=True)
+class PoseRow:
+    """A snapshot's corrected pose: m, m, rad, pond frame; None where rejected. fault: why no corrector saw it."""
+
+    snapshot_id: int
+    status: str
+    pose: tuple[float, float, float] | None
+    sigma_xy_m: float | None = None
+    sigma_theta_rad: float | None = None
+    log_odds: float = 0.0
+    fault: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TileRow:
+    """An encoded tile of the finest level of a layer; x right, y down, in tiles."""
+
+    layer: str
+    x: int
+    y: int
+    content: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class NewRevision:
+    """All that one revision changes. It follows `base`, and covers the snapshots up to `covered_through`."""
+
+    session_id: str
+    base: int
+    covered_through: int
+    poses: Sequence[PoseRow] = ()
+    rods: Sequence[RodReading] = ()
+    tiles: Sequence[TileRow] = ()
+    seen_share: float | None = None
+    quality: str | None = None
+    state: State | None = None
+    finished_ms: int | None = None
+
+
+def write(connection: Connection, new: NewRevision) -> int:
+    """Write a revision; its number.
+
+    Raises:
+        Conflict: another revision came between.
+    """
+    revision = new.base + 1
+    values: dict[str, Any] = {"revision": revision, "covered_through": new.covered_through}
+    optional = {
+        "seen_share": new.seen_share,
+        "quality": new.quality,
+        "state": new.state,
+        "finished_ms": new.finished_ms,
+    }
+    values |= {name: value for name, value in optional.items() if value is not None}
+    mine = (sessions.c.id == new.session_id, sessions.c.revision == new.base)
+    if connection.execute(update(sessions).where(*mine).values(values)).rowcount != 1:
+        raise Conflict("Another revision came between.", session=new.session_id)
+    _upsert(connection, poses, [_pose_values(new.session_id, revision, p) for p in new.poses])
+    _upsert(connection, rod_readings, [_rod_values(new.session_id, revision, r) for r in new.rods])
+    _upsert(
+        connection,
+        tiles,
+        [
+            {
+                "session_id": new.session_id,
+                "layer": t.layer,
+                "x": t.x,
+                "y": t.y,
+                "revision": revision,
+                "content": t.content,
+            }
+            for t in new.tiles
+        ],
+    )
+    return revision
+
+
+def _upsert(connection: Connection, table: Any, rows: list[dict[str, Any]]) -> None:
+    if not rows:
+        return
+    dialect = sqlite if connection.dialect.name == "sqlite" else postgresql
+    statement = dialect.insert(table)
+    keys = [column.name for column in table.primary_key]
+    changed = {name: statement.excluded[name] for name in rows[0] if name not in keys}
+    connection.execute(statement.on_conflict_do_update(index_elements=keys, set_=changed), rows)
+
+
+def _pose_values(session_id: str, revision: int, p: PoseRow) -> dict[str, Any]:
+    x, y, theta = p.pose or (None, None, None)
+    return {
+        "snapshot_id": p.snapshot_id,
+        "session_id": session_id,
+        "revision": revision,
+        "status": p.status,
+        "x_m": x,
+        "y_m": y,
+        "theta_rad": theta,
+        "sigma_xy_m": p.sigma_xy_m,
+        "sigma_theta_rad": p.sigma_theta_rad,
+        "log_odds": p.log_odds,
+        "fault": p.fault,
+    }
+
+
+def _rod_values(session_id: str, revision: int, r: RodReading) -> dict[str, Any]:
+    return {
+        "session_id": session_id,
+        "rod_id": r.rod_id,
+        "revision": revision,
+        "state": r.state.value,
+        "fill": r.fill,
+        "confidence": r.confidence,
+        "views": r.views,
+        "conflicting": r.conflicting,
+    }
+
+
+def pose_rows(connection: Connection, session_id: str, since: int = -1) -> Sequence[RowMapping]:
+    """Corrected poses that changed after a revision, with what came in, in order of (robot, boot, sequence)."""
+    s = snapshots.c
+    came_in = [
+        s.robot,
+        s.boot,
+        s.sequence,
+        s.captured_ms,
+        s.received_ms,
+        s.x_m.label("raw_x_m"),
+        s.y_m.label("raw_y_m"),
+        s.theta_rad.label("raw_theta_rad"),
+    ]
+    query = (
+        select(*came_in, poses)
+        .join(snapshots, snapshots.c.id == poses.c.snapshot_id)
+        .where(poses.c.session_id == session_id, poses.c.revision > since)
+        .order_by(s.robot, s.boot, s.sequence)
+    )
+    return connection.execute(query).mappings().all()
+
+
+def rod_rows(connection: Connection, session_id: str, since: int = -1) -> Sequence[RowMapping]:
+    """Rod readings that changed after a revision, in the layout's order. Rods never read have no row."""
+    query = (
+        select(rod_readings, rods.c.position)
+        .join(rods, (rods.c.session_id == rod_readings.c.session_id) & (rods.c.rod_id == rod_readings.c.rod_id))
+        .where(rod_readings.c.session_id == session_id, rod_readings.c.revision > since)
+        .order_by(rods.c.position)
+    )
+    return connection.execute(query).mappings().all()
+
+
+def tile_rows(connection: Connection, session_id: str, layer: str, since: int = -1) -> Sequence[RowMapping]:
+    """Tiles of a layer that changed after a revision, row by row."""
+    query = select(tiles).where(tiles.c.session_id == session_id, tiles.c.layer == layer, tiles.c.revision > since)
+    return connection.execute(query.order_by(tiles.c.y, tiles.c.x)).mappings().all()
+
+
+def tiles_in(connection: Connection, session_id: str, layer: str, x: range, y: range) -> dict[tuple[int, int], bytes]:
+    """The tiles of a layer within a block, by (x, y); tiles never written are not among them."""
+    c = tiles.c
+    block = (c.session_id == session_id, c.layer == layer, c.x >= x.start, c.x < x.stop, c.y >= y.start, c.y < y.stop)
+    return {(row.x, row.y): row.content for row in connection.execute(select(c.x, c.y, c.content).where(*block))}

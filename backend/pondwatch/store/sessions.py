@@ -1,0 +1,177 @@
+"""Sessions: an inspection, its state and how far its revisions have come."""
+
+from __future__ import annotations
+
+import enum
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, Row, func, insert, select, update
+
+from pondwatch.core.errors import Missing
+from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
+
+from .tables import poses, rod_readings, rods, sessions, snapshots
+
+
+class State(enum.StrEnum):
+    """A session's life: open, finishing, then finished or failed."""
+
+    OPEN = "open"
+    FINISHING = "finishing"
+    FINISHED = "finished"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """One session as stored. `inspection.pond` has its rods only where they were asked for."""
+
+    id: str
+    inspection: Inspection
+    method: str
+    state: State
+    revision: int
+    covered_through: int
+    seen_share: float
+    quality: str
+    created_ms: int
+    finished_ms: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What is counted over a session's rows."""
+
+    snapshots: int
+    placed: int
+    uncertain: int
+    rejected: int
+    rods: int
+    rods_seen: int
+    last_captured_ms: int | None
+    last_received_ms: int | None
+
+    @property
+    def pending(self) -> int:
+        """Snapshots that no revision covers yet."""
+        return self.snapshots - self.placed - self.uncertain - self.rejected
+
+
+def create(connection: Connection, inspection: Inspection, method: str, now_ms: int) -> str:
+    """A new, open session; its id. Ids sort by the time of creation."""
+    session_id = f"{now_ms:012x}{secrets.token_hex(8)}"
+    camera, pond, noise = inspection.camera, inspection.pond, inspection.pose_noise
+    row = {
+        "id": session_id,
+        "name": inspection.name,
+        "method": method,
+        "created_ms": now_ms,
+        "state": State.OPEN,
+        "camera_width_px": camera.width_px,
+        "camera_height_px": camera.height_px,
+        "camera_metres_per_pixel": camera.metres_per_pixel,
+        "pond_width_m": pond.width_m,
+        "pond_height_m": pond.height_m,
+        "noise_sigma_xy_m": noise and noise.sigma_xy_m,
+        "noise_sigma_theta_rad": noise and noise.sigma_theta_rad,
+    }
+    connection.execute(insert(sessions), row)
+    if pond.rods:
+        connection.execute(insert(rods), [_rod_row(session_id, i, rod) for i, rod in enumerate(pond.rods)])
+    return session_id
+
+
+def _rod_row(session_id: str, position: int, rod: Rod) -> dict[str, Any]:
+    return {
+        "session_id": session_id,
+        "rod_id": rod.id,
+        "position": position,
+        "x_m": rod.x_m,
+        "y_m": rod.y_m,
+        "outer_radius_m": rod.outer_radius_m,
+        "inner_radius_m": rod.inner_radius_m,
+    }
+
+
+def get(connection: Connection, session_id: str, *, with_rods: bool = False) -> Session:
+    """One session.
+
+    Raises:
+        Missing: there is none by this id.
+    """
+    row = connection.execute(select(sessions).where(sessions.c.id == session_id)).one_or_none()
+    if row is None:
+        raise Missing("There is no such session.", kind="session", id=session_id[:40])
+    return _session(row, layout(connection, session_id) if with_rods else ())
+
+
+def layout(connection: Connection, session_id: str) -> tuple[Rod, ...]:
+    """The design layout, in its order."""
+    rows = connection.execute(select(rods).where(rods.c.session_id == session_id).order_by(rods.c.position))
+    return tuple(Rod(r.rod_id, r.x_m, r.y_m, r.outer_radius_m, r.inner_radius_m) for r in rows)
+
+
+def page(connection: Connection, limit: int, before: str | None) -> Sequence[Session]:
+    """Sessions newest first, from the one after `before`."""
+    query = select(sessions).order_by(sessions.c.id.desc()).limit(limit)
+    if before is not None:
+        query = query.where(sessions.c.id < before)
+    return [_session(row, ()) for row in connection.execute(query)]
+
+
+def facts(connection: Connection, session_id: str) -> Facts:
+    """Counts over a session's snapshots, poses and rods."""
+    mine = snapshots.c.session_id == session_id
+    n, captured, received = connection.execute(
+        select(func.count(), func.max(snapshots.c.captured_ms), func.max(snapshots.c.received_ms)).where(mine)
+    ).one()
+    by_status = select(poses.c.status, func.count()).where(poses.c.session_id == session_id).group_by(poses.c.status)
+    counts: dict[str, int] = dict(connection.execute(by_status).tuples().all())
+    n_rods = connection.execute(select(func.count()).where(rods.c.session_id == session_id)).scalar_one()
+    seen = select(func.count()).where(rod_readings.c.session_id == session_id, rod_readings.c.state != "unseen")
+    return Facts(
+        n,
+        counts.get("placed", 0),
+        counts.get("uncertain", 0),
+        counts.get("rejected", 0),
+        n_rods,
+        connection.execute(seen).scalar_one(),
+        captured,
+        received,
+    )
+
+
+def set_state(connection: Connection, session_id: str, state: State, finished_ms: int | None = None) -> None:
+    """Where a session is in its life."""
+    values = {"state": state, "finished_ms": finished_ms}
+    connection.execute(update(sessions).where(sessions.c.id == session_id).values(values))
+
+
+def unfinished(connection: Connection) -> list[str]:
+    """Sessions with snapshots that no revision covers, or whose finishing was cut off."""
+    newest = select(func.max(snapshots.c.id)).where(snapshots.c.session_id == sessions.c.id).scalar_subquery()
+    behind = (sessions.c.state == State.FINISHING) | (func.coalesce(newest, 0) > sessions.c.covered_through)
+    return list(connection.execute(select(sessions.c.id).where(behind).order_by(sessions.c.id)).scalars())
+
+
+def _session(row: Row[Any], rods_: tuple[Rod, ...]) -> Session:
+    camera = Camera(row.camera_width_px, row.camera_height_px, row.camera_metres_per_pixel)
+    noise = None
+    if row.noise_sigma_xy_m is not None:
+        noise = PoseNoise(row.noise_sigma_xy_m, row.noise_sigma_theta_rad)
+    inspection = Inspection(row.name, camera, Pond(row.pond_width_m, row.pond_height_m, rods_), noise)
+    return Session(
+        row.id,
+        inspection,
+        row.method,
+        State(row.state),
+        row.revision,
+        row.covered_through,
+        row.seen_share,
+        row.quality,
+        row.created_ms,
+        row.finished_ms,
+    )

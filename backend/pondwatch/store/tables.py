@@ -1,0 +1,156 @@
+"""The tables. Times are whole milliseconds since the epoch, UTC; lengths in metres, pond frame; angles in radians.
+
+Evidence (`sessions`, `rods`, `snapshots`) is written once and never changed but for a session's state; what is derived
+(`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import BigInteger as _BigInteger
+from sqlalchemy import (
+    Boolean,
+    CheckConstraint,
+    Column,
+    Float,
+    ForeignKey,
+    ForeignKeyConstraint,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    UniqueConstraint,
+)
+
+BigInteger = _BigInteger().with_variant(Integer(), "sqlite")
+
+metadata = MetaData(
+    naming_convention={
+        "pk": "pk_%(table_name)s",
+        "fk": "fk_%(table_name)s_%(referred_table_name)s",
+        "uq": "uq_%(table_name)s",
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "ix": "ix_%(column_0_N_label)s",
+    }
+)
+
+sessions = Table(
+    "sessions",
+    metadata,
+    Column("id", String(40), primary_key=True),  # sorts by time of creation
+    Column("name", String, nullable=False),
+    Column("method", String(40), nullable=False),
+    Column("created_ms", BigInteger, nullable=False),
+    Column("camera_width_px", Integer, nullable=False),
+    Column("camera_height_px", Integer, nullable=False),
+    Column("camera_metres_per_pixel", Float, nullable=False),
+    Column("pond_width_m", Float, nullable=False),
+    Column("pond_height_m", Float, nullable=False),
+    Column("noise_sigma_xy_m", Float),
+    Column("noise_sigma_theta_rad", Float),
+    Column("state", String(10), nullable=False),
+    Column("finished_ms", BigInteger),
+    Column("revision", BigInteger, nullable=False, default=0),
+    Column("covered_through", BigInteger, nullable=False, default=0),  # the last snapshot id in a revision
+    Column("seen_share", Float, nullable=False, default=0.0),  # of the raster
+    Column("quality", String, nullable=False, default=""),
+    CheckConstraint("state IN ('open', 'finishing', 'finished', 'failed')", name="state"),
+)
+
+rods = Table(
+    "rods",
+    metadata,
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
+    Column("rod_id", String, primary_key=True),
+    Column("position", Integer, nullable=False),  # in the layout, from 0
+    Column("x_m", Float, nullable=False),
+    Column("y_m", Float, nullable=False),
+    Column("outer_radius_m", Float, nullable=False),
+    Column("inner_radius_m", Float, nullable=False),
+)
+
+snapshots = Table(
+    "snapshots",
+    metadata,
+    Column("id", BigInteger, primary_key=True),  # in order of receipt
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), nullable=False),
+    Column("robot", String, nullable=False),
+    Column("boot", BigInteger, nullable=False),
+    Column("sequence", BigInteger, nullable=False),
+    Column("captured_ms", BigInteger, nullable=False),
+    Column("received_ms", BigInteger, nullable=False),
+    Column("x_m", Float, nullable=False),
+    Column("y_m", Float, nullable=False),
+    Column("theta_rad", Float, nullable=False),
+    Column("digest", String(64), nullable=False),  # SHA-256 of the image's bytes, hexadecimal
+    Column("size_bytes", BigInteger, nullable=False),
+    Column("media_type", String(20), nullable=False),
+    UniqueConstraint("session_id", "robot", "boot", "sequence"),
+    Index(None, "session_id", "id"),
+    Index(None, "session_id", "captured_ms"),
+    sqlite_autoincrement=True,
+)
+
+poses = Table(
+    "poses",
+    metadata,
+    Column("snapshot_id", ForeignKey("snapshots.id", ondelete="CASCADE"), primary_key=True),
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), nullable=False),  # for the index below
+    Column("revision", BigInteger, nullable=False),
+    Column("status", String(10), nullable=False),
+    Column("x_m", Float),
+    Column("y_m", Float),
+    Column("theta_rad", Float),
+    Column("sigma_xy_m", Float),
+    Column("sigma_theta_rad", Float),
+    Column("log_odds", Float, nullable=False, default=0.0),
+    Column("fault", String),  # why no corrector was shown it
+    CheckConstraint("status IN ('placed', 'uncertain', 'rejected')", name="status"),
+    Index(None, "session_id", "revision"),
+    Index(None, "session_id", "status"),
+)
+
+rod_readings = Table(
+    "rod_readings",
+    metadata,
+    Column("session_id", String(40), primary_key=True),
+    Column("rod_id", String, primary_key=True),
+    Column("revision", BigInteger, nullable=False),
+    Column("state", String(10), nullable=False),
+    Column("fill", Float),
+    Column("confidence", Float, nullable=False),
+    Column("views", Integer, nullable=False),
+    Column("conflicting", Boolean(create_constraint=False), nullable=False, default=False),
+    ForeignKeyConstraint(["session_id", "rod_id"], ["rods.session_id", "rods.rod_id"], ondelete="CASCADE"),
+    CheckConstraint("state IN ('empty', 'partial', 'full', 'unseen')", name="state"),
+)
+
+tiles = Table(
+    "tiles",
+    metadata,
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
+    Column("layer", String(20), primary_key=True),
+    Column("x", Integer, primary_key=True),  # in tiles of the finest level, right and down
+    Column("y", Integer, primary_key=True),
+    Column("revision", BigInteger, nullable=False),
+    Column("content", LargeBinary, nullable=False),
+)
+
+jobs = Table(
+    "jobs",
+    metadata,
+    Column("id", BigInteger, primary_key=True),
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), nullable=False),
+    Column("kind", String(20), nullable=False),
+    Column("state", String(10), nullable=False),
+    Column("progress", Float, nullable=False, default=0.0),
+    Column("attempts", Integer, nullable=False, default=0),
+    Column("error", String),
+    Column("created_ms", BigInteger, nullable=False),
+    Column("updated_ms", BigInteger, nullable=False),
+    UniqueConstraint("session_id", "kind"),
+    CheckConstraint("kind IN ('advance', 'finish')", name="kind"),
+    CheckConstraint("state IN ('queued', 'running', 'done', 'failed')", name="state"),
+    sqlite_autoincrement=True,
+)
