@@ -46,6 +46,12 @@ class Vocabulary:
         used, prior = states.prior_from(stacked, np.ones((len(stacked), 1), dtype=bool))
         return cls(palette, used, prior)
 
+    def full_prior(self) -> Float:
+        """(states.COUNT,): how frequent each state is; states not in use have a little."""
+        prior = np.full(states.COUNT, 2e-4)
+        prior[self.states] = np.maximum(self.prior, 2e-4)
+        return prior / prior.sum()
+
     def looks(self, e: Evidence, theta_rad: float) -> Float:
         """(S, K): likelihood of what each site shows under each state, over its likelihood under the prior."""
         share = self.palette.share(e.codes.ratio)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
 
+from . import states
 from .codes import SECTORS
 from .values import Bool, Float, Int, RodReading, RodState
 
 EMPTY_BELOW, FULL_ABOVE = 0.05, 0.95
-LOOK_SIGMA = 0.03  # of one look's fill: water, caustics, blur
+SECTOR_SIGMA = 0.15  # of one sector: water, caustics, blur, wedge edges
+SECTOR_CAP = 4.0  # nats that one sector can cost a state
 CONFLICT_SPREAD = 0.25  # of single looks about their median
 
 
@@ -39,40 +40,78 @@ def to_pond(share: Float, theta_rad: Float) -> Float:
     return np.asarray(share[rows, k] * (1 - f) + share[rows, (k + 1) % SECTORS] * f)
 
 
-def read_rods(ids: tuple[str, ...], looks: Looks, spread: float, known: bool = True) -> tuple[RodReading, ...]:
+def read_rods(
+    ids: tuple[str, ...], looks: Looks, prior: Float | None = None, known: bool = True
+) -> tuple[RodReading, ...]:
     """The reading of every rod; those without a look are `unseen`.
 
+    All looks at a rod vote, sector by sector, for what it may hold (`states`); a sector hidden by something that
+    drifts through the view costs a state only so much. A hollow or filled rod is then the mean of the sectors that
+    bear it out; a partly filled one the mean of each sector's median over the looks.
+
     Args:
-        spread: noise of one sector, as a share. known: both hollow and filled rods were seen in this session; where
-            not, which of the two it is rests on likeness to the annulus alone, and confidence says so.
+        prior: (states.COUNT,), how frequent each state is in this session; even where not given.
+        known: both hollow and filled rods were seen in this session; where not, which of the two it is rests on
+            likeness to the annulus alone, and confidence says so.
     """
     n = len(ids)
-    single = np.clip(looks.share, -0.2, 1.2).mean(axis=1)
+    prior = np.full(states.COUNT, 1 / states.COUNT) if prior is None else prior
     views = np.bincount(looks.rod, minlength=n)
-    weight = np.bincount(looks.rod, looks.trust, n)
-    mean = np.bincount(looks.rod, looks.trust * single, n) / np.maximum(weight, 1e-12)
     best = np.zeros(n)
     np.maximum.at(best, looks.rod, looks.trust)
-    off = np.abs(single - mean[looks.rod]) > CONFLICT_SPREAD
-    conflict = np.bincount(looks.rod, looks.trust * off, n) > 0.5
-    sigma = np.sqrt((LOOK_SIGMA**2 + spread**2 / SECTORS) / np.maximum(views, 1) + 0.006**2)
-    return tuple(
-        _reading(ids[j], float(mean[j]), float(sigma[j]), float(best[j]), int(views[j]), bool(conflict[j]), known)
-        for j in range(n)
-    )
+    order = np.argsort(looks.rod, kind="stable")
+    start = np.searchsorted(looks.rod[order], np.arange(n + 1))
+    templates = states.templates(2 * np.pi * np.arange(SECTORS) / SECTORS)
+    cost = sector_costs(looks.share, templates) * looks.trust[:, None]
+    votes = np.zeros((n, states.COUNT))
+    np.add.at(votes, looks.rod, -cost)
+    votes += np.log(np.maximum(prior, 1e-9))
+    chance = np.exp(votes - votes.max(axis=1, keepdims=True))
+    chance /= chance.sum(axis=1, keepdims=True)
+    readings = []
+    for j in range(n):
+        mine = order[start[j] : start[j + 1]]
+        trust = float(best[j]) * (1.0 if known else 0.7)
+        readings.append(
+            _reading(ids[j], looks.share[mine], chance[j], templates, trust) if views[j] else _unseen(ids[j])
+        )
+    return tuple(readings)
 
 
-def _reading(
-    rod_id: str, mean: float, sigma: float, trust: float, views: int, conflicting: bool, known: bool
-) -> RodReading:
-    if views == 0:
-        return RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
-    below, above = float(ndtr((EMPTY_BELOW - mean) / sigma)), float(ndtr((mean - FULL_ABOVE) / sigma))
-    chance = {RodState.EMPTY: below, RodState.FULL: above, RodState.PARTIAL: max(0.0, 1 - below - above)}
-    state = max(chance, key=lambda s: chance[s])
+def sector_costs(share: Float, templates: Float) -> Float:
+    """(L, SECTORS) looks against (S, SECTORS) templates: (L, S) nats, each sector's squared error capped."""
+    square = (np.clip(share, -0.5, 1.5)[:, None] - templates[None]) ** 2 / (2 * SECTOR_SIGMA**2)
+    return np.asarray(states.INDEPENDENT * np.minimum(square, SECTOR_CAP).sum(axis=-1))
+
+
+def _unseen(rod_id: str) -> RodReading:
+    return RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
+
+
+def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: float) -> RodReading:
+    """One rod from (V, SECTORS) looks and (COUNT,) probabilities of its states."""
+    likeliest = int(np.argmax(chance))
+    p_empty, p_full = float(chance[states.EMPTY]), float(chance[states.FULL])
+    if likeliest in (states.EMPTY, states.FULL):
+        off = share - templates[likeliest]
+        weight = 1 / (1 + (off / SECTOR_SIGMA) ** 4)
+        fill = float((weight * share).sum() / weight.sum())
+    else:
+        fill = float(np.clip(np.median(share, axis=0), 0, 1).mean())
+    state = _state_of(likeliest, fill)
+    sure = {RodState.EMPTY: p_empty, RodState.FULL: p_full}.get(state, max(0.0, 1 - p_empty - p_full))
+    single = np.clip(share, 0, 1).mean(axis=1)
+    conflicting = bool((np.abs(single - np.median(single)) > CONFLICT_SPREAD).sum() >= max(2, 0.3 * len(share)))
     low, high = {RodState.EMPTY: (0.0, 0.0499), RodState.FULL: (0.9501, 1.0)}.get(state, (0.05, 0.95))
-    confidence = chance[state] * trust * (0.5 if conflicting else 1.0) * (1.0 if known else 0.7)
-    return RodReading(rod_id, state, float(np.clip(mean, low, high)), min(confidence, 0.9999), views, conflicting)
+    confidence = min(sure * trust * (0.5 if conflicting else 1.0), 0.9999)
+    return RodReading(rod_id, state, float(np.clip(fill, low, high)), confidence, len(share), conflicting)
+
+
+def _state_of(likeliest: int, fill: float) -> RodState:
+    """Empty and full by the vote; a wedge by its measured share, should that be next to nothing or all."""
+    if likeliest == states.EMPTY or fill < EMPTY_BELOW:
+        return RodState.EMPTY
+    return RodState.FULL if likeliest == states.FULL or fill > FULL_ABOVE else RodState.PARTIAL
 
 
 def wholly_in_view(centres_px: Float, outer_px: float, width_px: int, height_px: int) -> Bool:

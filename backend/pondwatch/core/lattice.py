@@ -63,7 +63,7 @@ class LatticeCorrector:
         self._decided = 0
         self._poses: dict[SnapshotKey, CorrectedPose] = {}
         self._placed: dict[SnapshotKey, Placed] = {}
-        self._rods = read_rods(self._setting.layout.ids, looks_of([], self._setting), 0.1)
+        self._rods = read_rods(self._setting.layout.ids, looks_of([], self._setting))
         self._log_state: Float | None = None
         self._profile: Profile | None = None
 
@@ -230,11 +230,12 @@ class LatticeCorrector:
                 moved.append(pose)
                 self._poses[pose.key] = pose
             self._placed[p.evidence.snapshot.key] = p
-        palette = self._joint.vocabulary.palette if self._joint else None
-        looks = looks_of([self._placed[k] for k in sorted(self._placed)], self._setting, palette)
-        rods = read_rods(
-            self._setting.layout.ids, looks, palette.spread if palette else 0.1, bool(palette and palette.two_levels)
+        words = self._joint.vocabulary if self._joint else None
+        looks = looks_of(
+            [self._placed[k] for k in sorted(self._placed)], self._setting, words.palette if words else None
         )
+        known = bool(words and words.palette.two_levels)
+        rods = read_rods(self._setting.layout.ids, looks, words.full_prior() if words else None, known)
         changed = tuple(r for r, before in zip(rods, self._rods, strict=True) if r != before)
         self._rods = rods
         return Correction(tuple(moved), changed, self.quality())
