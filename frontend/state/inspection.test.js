@@ -1,0 +1,60 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Inspection } from './inspection.js';
+
+const raster = { metres_per_pixel: 0.001, width_px: 10, height_px: 10 };
+const hello = (full, revision = 1) => ({ type: 'hello', session: 's', revision, full, raster });
+const pose = (sequence, more = {}) => ({ robot: 'a', sequence, x_m: sequence, y_m: 0, theta_rad: 0, status: 'placed', ...more });
+
+function inspection(...messages) {
+  const made = new Inspection({ id: 's', name: 'n', state: 'running', revision: 0, pond: { width_m: 1, height_m: 1, rods: [{ id: 'R1' }] } });
+  for (const message of messages) made.apply(message, 5000);
+  return made;
+}
+
+test('a revision is held only once its session frame came', () => {
+  const held = inspection(hello(true, 7), { type: 'rods', revision: 7, rods: [{ rod_id: 'R1', state: 'full', views: 1 }] });
+  assert.equal(held.revision, null);
+  held.apply({ type: 'session', revision: 7, state: 'running' }, 6000);
+  assert.equal(held.revision, 7);
+  assert.equal(held.dataAt, 6000);
+});
+
+test('a full state replaces what was held; a partial one adds to it', () => {
+  const held = inspection(hello(true), { type: 'rods', rods: [{ rod_id: 'R1', state: 'full', views: 1 }] }, { type: 'session', revision: 3 });
+  held.apply(hello(false, 4), 0);
+  assert.equal(held.rod('R1').state, 'full');
+  assert.equal(held.revision, 3);
+  held.apply(hello(true, 9), 0);
+  assert.equal(held.rod('R1').state, 'unseen');
+  assert.equal(held.revision, null);
+});
+
+test('a robot stands where its newest snapshot puts it, though older ones are corrected later', () => {
+  const held = inspection({ type: 'poses', poses: [pose(2), pose(1)] });
+  assert.equal(held.robots.get('a').pose.sequence, 2);
+  held.apply({ type: 'poses', poses: [pose(2, { x_m: 2.5 })] }, 0);
+  assert.equal(held.robots.get('a').pose.x_m, 2.5);
+});
+
+test('after a restart a robot counts from zero again, and is not taken for old', () => {
+  const held = inspection({ type: 'poses', poses: [pose(90), pose(0, { boot: 1 })] });
+  assert.equal(held.robots.get('a').pose.boot, 1);
+});
+
+test('a session frame without the layout does not lose it', () => {
+  const held = inspection({ type: 'session', revision: 1, state: 'running', pond: { width_m: 1, height_m: 1 } });
+  assert.equal(held.facts.pond.rods.length, 1);
+});
+
+test('a repeated revision is not new data', () => {
+  const held = inspection({ type: 'session', revision: 1 });
+  held.apply({ type: 'session', revision: 1, state: 'finished' }, 9000);
+  assert.equal(held.dataAt, 5000);
+  assert.equal(held.facts.state, 'finished');
+});
+
+test('the difference of the clocks is learned from the beat', () => {
+  const held = inspection({ type: 'beat', revision: 1, at: '1970-01-01T00:00:06.500Z' });
+  assert.equal(held.clockSkewMs, 1500);
+});

@@ -1,0 +1,36 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { robotViews } from './robots.js';
+
+const NOW = 100_000;
+function views({ heardAt = NOW, state = 'running', skew = 0, pose = {} } = {}) {
+  const row = { robot: 'bubble-2', x_m: 0.3, y_m: 0.4, raw_x_m: 0, raw_y_m: 0, ...pose };
+  return robotViews({ robots: new Map([['bubble-2', { pose: row, heardAt }]]), facts: { state }, clockSkewMs: skew }, NOW);
+}
+
+test('a robot unheard for 10 s while the inspection runs is silent', () => {
+  assert.equal(views({ heardAt: NOW - 9999 })[0].hearing, 'heard');
+  assert.equal(views({ heardAt: NOW - 10_000 })[0].hearing, 'silent');
+});
+
+test('after the inspection nobody is silent', () => {
+  assert.equal(views({ heardAt: 0, state: 'finished' })[0].hearing, 'ended');
+});
+
+test('ages are by the server clock', () => {
+  assert.equal(views({ heardAt: NOW + 60_000, skew: 62_000 })[0].ageS, 2);
+});
+
+test('an age that is not known is not taken for fresh', () => {
+  assert.equal(views({ heardAt: NaN })[0].hearing, 'unknown');
+});
+
+test('the drift is how far the correction moved the pose', () => {
+  assert.equal(views()[0].driftM, 0.5);
+  assert.equal(views({ pose: { x_m: null, y_m: null } })[0].driftM, null);
+});
+
+test('robots are in the order of their numbers', () => {
+  const robots = new Map(['r10', 'r2', 'r1'].map((name) => [name, { pose: {}, heardAt: 0 }]));
+  assert.deepEqual(robotViews({ robots, facts: { state: 'running' }, clockSkewMs: 0 }, 0).map(({ name }) => name), ['r1', 'r2', 'r10']);
+});
