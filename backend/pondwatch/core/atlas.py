@@ -21,6 +21,11 @@ from .values import Bool, Float, Float32, Int
 
 CHANCE_NATS = 12.0  # what the best of some 100,000 wrong places scores on noise
 SURE_NATS = 9.0  # odds above which a place is taken for settled
+FIRST_SURE_NATS = 40.0  # while it is not yet known how well two pictures of one floor agree
+FIRST_EDGES = 12
+LEAST_AGREEMENT = 0.12  # of atanh(rho): how far true fits scatter at the least
+AGREEMENT_SIGMAS = 5.0
+SAME_PLACE_PX = 3.0
 REACH_SIGMAS = 3.5
 LEAST_REACH = 0.25  # of a snapshot's width: the claimed noise may be too small
 LEAST_TURN_RAD = 0.2
@@ -58,6 +63,7 @@ class Atlas:
         self.odds = np.zeros(0)
         self.precision = np.zeros((0, 3, 3))
         self.frame_slack_px = 0.0
+        self.first_sure_nats = FIRST_SURE_NATS
         self._whiteners: dict[int, Whitener] = {}
 
     def __len__(self) -> int:
@@ -97,7 +103,7 @@ class Atlas:
         while not settled.all():
             seed = int(np.argmax(np.where(settled, -1.0, support)))
             settled[seed] = True
-            for widening in (1.0, 2.0):
+            for widening, self.first_sure_nats in ((1.0, FIRST_SURE_NATS), (1.0, SURE_NATS), (2.0, SURE_NATS)):
                 self._spread(settled, closeness, widening)
 
     def _spread(self, settled: Bool, closeness: Float, widening: float) -> None:
@@ -160,7 +166,7 @@ class Atlas:
         local = draw_map([self.views[n] for n in near], self.poses[near], guess[:2], size)
         places = search(self.views[number], local, self._gain(size), guess, sigmas, reach, turn)
         odds = margin(places)
-        if odds < SURE_NATS:
+        if odds < (SURE_NATS if len(self.edges) >= FIRST_EDGES else self.first_sure_nats):
             return [], odds
         return self._fits(number, near, places[0].pose), odds
 
@@ -174,20 +180,48 @@ class Atlas:
         return whitener.gain()
 
     def _fits(self, number: int, near: Int, pose: Float) -> list[Edge]:
-        """Refine a place against the neighbours that share most with it; each fit starts where the last ended."""
+        """Refine a place against the neighbours that share most with it; each fit starts where the last ended.
+
+        None where more of what they share contradicts the place than bears it out.
+        """
         shared = self.shared(pose, near)
-        order = np.lexsort((near, -shared))
+        order = np.lexsort((near, -shared))[: EDGES_PER_VIEW + 2]
+        least = self._least_agreement()
         edges: list[Edge] = []
-        for k in order[: 2 * EDGES_PER_VIEW]:
-            if shared[k] < LEAST_SHARED or len(edges) >= EDGES_PER_VIEW:
-                break
+        against = 0.0
+        for k in order[shared[order] >= LEAST_SHARED]:
             tail = int(near[k])
             fit = refine(self.views[tail], self.views[number], se2.between(self.poses[tail], pose))
-            if fit is None or fit.nats < CHANCE_NATS:
+            if fit is None or fit.nats < CHANCE_NATS or np.arctanh(min(fit.rho, 0.9999)) < least:
+                against += float(shared[k])
                 continue
             edges.append(Edge(tail, number, fit))
             pose = self._mean_pose(edges)[0]
-        return edges
+            if len(edges) == EDGES_PER_VIEW:
+                break
+        agreeing = self._agreeing(edges)
+        borne_out = sum(e.fit.shared_px for e in agreeing) / np.prod(self.size_px)
+        against += sum(e.fit.shared_px for e in edges if e not in agreeing) / np.prod(self.size_px)
+        return agreeing if borne_out > 2 * against else []
+
+    def _least_agreement(self) -> float:
+        """atanh(rho) that a fit must reach to be like those known; far below 0 while too few are known."""
+        if len(self.edges) < FIRST_EDGES:
+            return -np.inf
+        known = np.arctanh(np.minimum([e.fit.rho for e in self.edges[-300:]], 0.9999))
+        middle = float(np.median(known))
+        scatter = float(np.median(np.abs(known - middle))) / 0.6745
+        return middle - AGREEMENT_SIGMAS * max(scatter, LEAST_AGREEMENT)
+
+    def _agreeing(self, edges: list[Edge]) -> list[Edge]:
+        """The edges that name the place most of the evidence names."""
+        if not edges:
+            return []
+        said = np.array([se2.compose(self.poses[e.tail], e.fit.relative) for e in edges])
+        apart = np.hypot(*(said[:, None, :2] - said[None, :, :2]).transpose(2, 0, 1))
+        same = apart < SAME_PLACE_PX
+        best = int(np.argmax(same @ np.array([e.fit.nats for e in edges])))
+        return [e for e, keep in zip(edges, same[best], strict=True) if keep]
 
     def shared(self, pose: Float, others: Int) -> Float:
         """(len(others),): the share of a snapshot at `pose` that each of the others sees."""
