@@ -19,7 +19,7 @@ LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
 BENCHES := accuracy speed live
 
-.PHONY: help run setup setup-test test test-long check lint bench $(BENCHES) wheel pictures lock clean
+.PHONY: help run setup setup-test test test-long check lint bench $(BENCHES) wheel pictures reference lock clean
 
 help:  ## list what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -62,6 +62,9 @@ wheel: setup-test  ## a complete wheel in dist/
 
 pictures: setup-test chromium  ## the pictures of the README, from a running demo
 	$(BIN)/python tools/pictures.py
+
+reference: setup-test  ## docs/reference.md, from the program itself
+	$(BIN)/python -m tools.reference
 
 lock: $(VENV)/.lock  ## resolve the dependencies of pyproject.toml anew into the lock files
 	VENV=$(VENV) tools/lock.sh

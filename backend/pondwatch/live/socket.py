@@ -31,6 +31,7 @@ def live_router(hub: Hub, allowed_origins: Collection[str] = ()) -> APIRouter:
 
     @router.websocket("/api/sessions/{session}/live")
     async def live(websocket: WebSocket, session: str, since: int | None = None) -> None:
+        """Revisions as they are written: `since` the one that is held, or everything where it is absent or too old."""
         if not _is_welcome(websocket, allowed_origins):
             await websocket.send_denial_response(PlainTextResponse("This origin may not watch.", status_code=403))
             return
