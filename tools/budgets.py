@@ -18,7 +18,7 @@ P90_LIMIT, SHARE_OVER_LIMIT = 30, 0.04
 CODE = ("backend/pondwatch", "tools", "migrations", "models", "hatch_build.py")
 SCRIPTS = ("frontend",)
 TESTS = ("tests",)
-SKIPPED = {"node_modules", "vendor", "__pycache__"}
+SKIPPED = {"node_modules", "vendor", "__pycache__", "versions"}  # migrations are lists, and never edited
 
 
 @dataclass(frozen=True, slots=True)
