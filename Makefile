@@ -14,6 +14,7 @@ VENV ?= .venv
 PORT ?= 8000
 DATA ?=
 BUNDLES ?= $(wildcard ../shared/samples)
+METHOD ?=
 BIN := $(VENV)/bin
 LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
@@ -51,7 +52,7 @@ lint: setup-test
 
 bench: setup-test  ## accuracy, speed and live figures into docs/: make bench [accuracy|speed|live] BUNDLES=folder
 	$(BIN)/python -m tests.bench $(or $(filter $(BENCHES),$(MAKECMDGOALS)),$(BENCHES)) \
-		$(if $(BUNDLES),--bundles "$(BUNDLES)")
+		$(if $(BUNDLES),--bundles "$(BUNDLES)") $(if $(METHOD),--method $(METHOD))
 
 $(BENCHES): bench
 	@:

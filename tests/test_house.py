@@ -6,14 +6,17 @@ import json
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 import zipfile
 from pathlib import Path
 
+import httpx
 import pytest
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from tests.bench.stage import server
 from tools import budgets
 
 ROOT = Path(__file__).parent.parent
@@ -23,6 +26,12 @@ NEEDS = {
     "requirements.lock": PROJECT["dependencies"],
     "requirements-test.lock": PROJECT["dependencies"] + PROJECT["optional-dependencies"]["test"],
     "requirements-train.lock": PROJECT["dependencies"] + PROJECT["optional-dependencies"]["train"],
+}
+SESSION = {
+    "format": "pond-session/1",
+    "name": "empty",
+    "camera": {"width_px": 160, "height_px": 110, "metres_per_pixel": 0.0005625},
+    "pond": {"width_m": 0.54, "height_m": 0.37125, "rods": []},
 }
 
 
@@ -135,3 +144,37 @@ def test_every_page_and_module_of_the_front_end_asks_only_this_server() -> None:
 
     assert own
     assert [str(p) for p in own if outside.search(p.read_text())] == []
+
+
+def test_an_installed_wheel_serves_from_an_empty_folder(wheel: Path, tmp_path: Path) -> None:
+    python = _environment(tmp_path)
+    # what the wheel needs is taken from where this test runs; the wheel itself must come from its own environment
+    libraries = next((tmp_path / "venv").rglob("site-packages"))
+    (libraries / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    subprocess.run([python, "-m", "pip", "install", "-q", "--no-deps", "--no-index", wheel], check=True)
+
+    _shows_a_page_and_opens_a_session(python, tmp_path)
+
+
+@pytest.mark.long
+def test_a_wheel_and_the_lock_are_enough_for_a_fresh_machine(wheel: Path, tmp_path: Path) -> None:
+    python = _environment(tmp_path)
+    subprocess.run([python, "-m", "pip", "install", "-qq", "-r", ROOT / "requirements.lock"], check=True)
+    subprocess.run([python, "-m", "pip", "install", "-qq", "--no-deps", "--no-index", wheel], check=True)
+
+    _shows_a_page_and_opens_a_session(python, tmp_path)
+
+
+def _environment(folder: Path) -> Path:
+    subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
+    return folder / "venv/bin/python"
+
+
+def _shows_a_page_and_opens_a_session(python: Path, folder: Path) -> None:
+    """Its front end, its vendored files and its migrations are the wheel's own: there is no checkout beside it."""
+    (folder / "empty").mkdir()
+    with server(folder / "data", python=python, cwd=folder / "empty") as url:
+        pages = [httpx.get(f"{url}{address}").status_code for address in ("/", "/app.js", "/vendor/ol.js")]
+        session = httpx.post(f"{url}/api/sessions", json=SESSION).status_code
+    assert (pages, session) == ([200, 200, 200], 201)
+    assert list((folder / "empty").iterdir()) == []

@@ -70,11 +70,11 @@ def measure(bundle: Path, method: str, results: Path) -> list[Row]:
 
 def _corrected(bundle: Path, truth: Truth, method: str, out: Path) -> tuple[Figures, float]:
     """Run as a user would, in a process of its own; the CPU seconds that it took."""
-    command = [sys.executable, "-c", "from pondwatch.cli import main; main()", "correct", str(bundle)]
+    command: list[str | Path] = [Path(sys.executable).parent / "pondwatch", "correct", bundle]
     spent = resource.getrusage(resource.RUSAGE_CHILDREN)
     started = time.monotonic()
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    subprocess.run([*command, "--out", str(out), "--method", method], check=True, env=environment, stdout=sys.stderr)
+    subprocess.run([*command, "--out", out, "--method", method], check=True, env=environment, stdout=sys.stderr)
     print(f"{bundle.name}: {time.monotonic() - started:.1f} s", file=sys.stderr)
     now = resource.getrusage(resource.RUSAGE_CHILDREN)
     return score(truth, read_result(out, truth)), now.ru_utime + now.ru_stime - spent.ru_utime - spent.ru_stime

@@ -51,8 +51,13 @@ def free_port() -> int:
 
 
 @contextmanager
-def server(data: Path, command: str = "serve") -> Iterator[str]:
+def server(
+    data: Path, command: str = "serve", python: Path = Path(sys.executable), cwd: Path | None = None
+) -> Iterator[str]:
     """Run `pondwatch serve` (or `demo`) on `data`; its address, once it takes uploads. Stopped at the end.
+
+    Args:
+        python: whose environment to run it from. cwd: where; here, where None.
 
     Raises:
         RuntimeError: it ended, or was not ready in time.
@@ -62,8 +67,8 @@ def server(data: Path, command: str = "serve") -> Iterator[str]:
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     log = (data.parent / f"{data.name}.log").open("wb")
     process = subprocess.Popen(
-        [sys.executable, "-c", "from pondwatch.cli import main; main()", *arguments],
-        env=environment, stdout=log, stderr=log, start_new_session=True,
+        [python.parent / "pondwatch", *arguments],
+        cwd=cwd, env=environment, stdout=log, stderr=log, start_new_session=True,
     )  # fmt: skip
     try:
         _wait_ready(process, f"http://127.0.0.1:{port}", Path(log.name))
