@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
     from rich.progress import Progress
 
     from pondwatch.basestation.correcting import CorrectedBundle
+    from pondwatch.basestation.uploader import Item, Uploader
+    from pondwatch.config import Settings
+    from pondwatch.simulator.radio import RadioSpec
+    from pondwatch.simulator.simulation import Simulation
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -24,6 +29,11 @@ def pondwatch() -> None:
 
 
 BundlePath = Annotated[Path, typer.Argument(metavar="BUNDLE", help="A session bundle: a folder or a .zip.")]
+Data = Annotated[Path | None, typer.Option(help="Folder of all that is kept.")]
+Host = Annotated[str | None, typer.Option(help="Address to listen at.")]
+Port = Annotated[int | None, typer.Option(help="Port to listen at; 0 lets the system choose.")]
+Rate = Annotated[float, typer.Option(min=0, help="Snapshots a second; 0 is as fast as they are taken.")]
+Finish = Annotated[bool, typer.Option(help="Finish the session at the end.")]
 
 
 def main() -> None:
@@ -57,6 +67,161 @@ def correct(
     for fault in result.faults:
         print(f"rejected: {fault}", file=sys.stderr)
     print(result.quality.sentence)
+
+
+@app.command()
+def serve(data: Data = None, host: Host = None, port: Port = None) -> None:
+    """Run the server until it is told to stop."""
+    from pondwatch.app import serve as run
+
+    run(_settings(data, host, port))
+
+
+@app.command()
+def demo(
+    data: Data = None,
+    host: Host = None,
+    port: Port = None,
+    snapshots: Annotated[int, typer.Option(help="Snapshots of the demo inspection.")] = 800,
+    rate: Rate = 20.0,
+) -> None:
+    """Run the server, and a simulated inspection that uploads to it from a process of its own."""
+    from pondwatch.app import serve as run
+
+    robots: list[subprocess.Popen[bytes]] = []
+
+    def begin(url: str) -> None:
+        print(f"Pondwatch is at {url} and a demo inspection begins. Ctrl-C ends both.", flush=True)
+        arguments = ["simulate", "--demo", "--url", url, "--snapshots", str(snapshots), "--rate", str(rate)]
+        command = [sys.executable, "-c", "from pondwatch.cli import main; main()", *arguments]
+        robots.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
+
+    try:
+        run(_settings(data, host, port), begin)
+    finally:
+        for process in robots:
+            process.terminate()
+            process.wait()
+
+
+@app.command()
+def upload(
+    bundle: BundlePath,
+    url: Annotated[str, typer.Option(help="The server.")],
+    rate: Rate = 0.0,
+    session: Annotated[str | None, typer.Option(metavar="ID", help="Go on with this session.")] = None,
+    finish: Finish = True,
+) -> None:
+    """Send a bundle to a server. Again with its session's ID, it sends what is missing and doubles nothing."""
+    from pondwatch.basestation.bundle import Bundle
+    from pondwatch.basestation.uploader import Uploader, connect, item_of
+
+    with Bundle(bundle) as opened, connect(url) as client:
+        uploader = Uploader(client)
+        taking = session or uploader.open_session(opened.document)
+        items = (
+            item_of(row.key, row.captured_at, row.pose, opened.content(row), Path(row.image).suffix)
+            for row in opened.rows
+        )
+        _send(uploader, taking, items, len(opened.rows), rate, finish)
+
+
+@app.command()
+def simulate(
+    url: Annotated[str | None, typer.Option(help="Server to upload to.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="BUNDLE", help="Write a bundle with its truth instead.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same bytes.")] = 1,
+    snapshots: Annotated[int, typer.Option(help="Number of snapshots.")] = 221,
+    robots: Annotated[int, typer.Option(help="Number of robots.")] = 7,
+    lattice: Annotated[str, typer.Option(help="hexagonal or square.")] = "hexagonal",
+    water: Annotated[str, typer.Option(help="clear or murky.")] = "clear",
+    path: Annotated[str, typer.Option(help="uniform, smooth or sweep.")] = "smooth",
+    noise: Annotated[str, typer.Option(help="independent or drift.")] = "independent",
+    noise_pitch: Annotated[float, typer.Option(help="Noise of x and y, one sigma, in lattice pitches.")] = 0.32,
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Any other value of the simulation.")
+    ] = None,
+    rate: Rate = 20.0,
+    finish: Finish = True,
+    demo: Annotated[bool, typer.Option("--demo", hidden=True)] = False,
+) -> None:
+    """Simulate an inspection by seed and upload it as a base station does, or write it as a bundle with its truth."""
+    from pondwatch.core.errors import Invalid
+    from pondwatch.simulator.options import specs_of
+    from pondwatch.simulator.simulation import Simulation
+
+    if (url is None) == (out is None):
+        raise Invalid("simulate: give either --url or --out.")
+    named = {"snapshots": snapshots, "robots": robots, "lattice": lattice, "water": water, "path": path}
+    spec, radio = specs_of(named | {"noise": noise, "noise_pitch": noise_pitch}, setting or [])
+    if out is not None:
+        _simulate_bundle(Simulation(spec, seed), out)
+    elif demo:
+        _run_demo(str(url), snapshots, rate)
+    else:
+        _simulate_upload(Simulation(spec, seed), radio, str(url), rate, finish)
+
+
+def _simulate_bundle(simulation: Simulation, out: Path) -> None:
+    from pondwatch.simulator.bundle import write_bundle
+
+    with _progress() as bar:
+        task = bar.add_task("Simulating", total=len(simulation))
+        write_bundle(simulation, out, progress=lambda done: bar.update(task, completed=done))
+    print(f"{len(simulation)} snapshots of {len(simulation.inspection.pond.rods)} rods are in {out}.")
+
+
+def _simulate_upload(simulation: Simulation, radio: RadioSpec, url: str, rate: float, finish: bool) -> None:
+    from pondwatch.basestation.uploader import Uploader, connect
+    from pondwatch.simulator.client import arrivals, items, open_session
+
+    with connect(url) as client:
+        uploader = Uploader(client)
+        arriving = arrivals(simulation, radio)
+        session = open_session(simulation, uploader)
+        _send(uploader, session, items(simulation, arriving), len(arriving), rate, finish)
+
+
+def _run_demo(url: str, snapshots: int, rate: float) -> None:
+    from pondwatch.basestation.uploader import Uploader, connect
+    from pondwatch.simulator.client import arrivals, demo_spec, items, next_demo, open_session
+    from pondwatch.simulator.radio import RadioSpec
+    from pondwatch.simulator.simulation import Simulation
+
+    with connect(url) as client:
+        uploader = Uploader(client)
+        number, cut_short = next_demo(uploader)
+        simulation = Simulation(demo_spec(number, snapshots), number)
+        session = cut_short or open_session(simulation, uploader)
+        arriving = arrivals(simulation, RadioSpec())
+        _send(uploader, session, items(simulation, arriving), len(arriving), rate, finish=True)
+
+
+def _send(uploader: Uploader, session: str, items: Iterable[Item], count: int, rate: float, finish: bool) -> None:
+    """Send, show how far it is, and say what became of it. What was refused is told line by line."""
+    print(f"session {session}", flush=True)
+    stored, repeated, refused = 0, 0, 0
+    with _progress() as bar:
+        task = bar.add_task("Uploading", total=count)
+        for outcome in uploader.upload(session, items, rate or None):
+            stored += outcome.status == 201
+            repeated += outcome.status == 200
+            refused += not outcome.stored
+            if not outcome.stored:
+                key = outcome.key
+                bar.print(f"refused ({outcome.status}): {key.robot} {key.sequence}: {outcome.detail}", markup=False)
+            bar.advance(task)
+    print(f"{stored} stored, {repeated} there before, {refused} refused")
+    if finish:
+        print(uploader.finish(session).get("state", ""))
+
+
+def _settings(data: Path | None, host: str | None, port: int | None) -> Settings:
+    """Settings from the environment, and from the command line where it says otherwise."""
+    from pondwatch.config import Settings
+
+    given = {"data": data, "host": host, "port": port}
+    return Settings.model_validate(Settings().model_dump() | {k: v for k, v in given.items() if v is not None})
 
 
 def _write_result(out: Path, result: CorrectedBundle, height_m: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from pondwatch.core.errors import Invalid
 from pondwatch.core.values import Camera
@@ -16,6 +16,14 @@ Noise = Literal["independent", "drift"]
 WaterKind = Literal["clear", "murky"]
 ImageKind = Literal["png", "jpeg", "webp"]
 
+WORDS = {
+    "lattice": get_args(Lattice),
+    "fills": get_args(Fills),
+    "path": get_args(Path),
+    "noise": get_args(Noise),
+    "water": get_args(WaterKind),
+    "image_kind": get_args(ImageKind),
+}
 SMALL_CAMERA = Camera(160, 110, 0.0005625)
 
 
@@ -74,6 +82,9 @@ class SimulationSpec:
 
     def check(self) -> None:
         """Raises Invalid: a value out of its range, by name."""
+        for name, words in WORDS.items():
+            if getattr(self, name) not in words:
+                raise Invalid(f"{name} must be one of {', '.join(words)}, and is {getattr(self, name)!r}.", field=name)
         ranges = {
             "snapshots": (1, 100_000), "robots": (1, 1000), "coverage": (0.01, 1000), "pitch_px": (12, 2000),
             "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
