@@ -33,7 +33,7 @@ class TooSlow(PondwatchError):
     """A body that did not arrive in time."""
 
 
-class BadRequest(errors.Invalid):
+class InvalidRequest(errors.Invalid):
     """A request that does not say what the contract asks for. facts: field."""
 
 
@@ -88,14 +88,14 @@ async def _pondwatch(_request: Request, error: Exception) -> JSONResponse:
 
 async def _validation(_request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
-    return answer(document(bad_request(error.errors())))
+    return answer(document(invalid_request(error.errors())))
 
 
-def bad_request(faults: Any) -> BadRequest:
+def invalid_request(faults: Any) -> InvalidRequest:
     """The error for what pydantic found wrong: it names the first field, and never repeats what was sent."""
     fault = faults[0]
     field = ".".join(str(part) for part in fault["loc"] if part not in ("body", "query", "path")) or "body"
-    return BadRequest(f"{field}: {fault['msg']}.", field=field)
+    return InvalidRequest(f"{field}: {fault['msg']}.", field=field)
 
 
 async def _http(_request: Request, error: Exception) -> JSONResponse:

@@ -13,7 +13,7 @@ from pondwatch.core.errors import InvalidPose, PondwatchError
 from pondwatch.core.values import SnapshotKey
 from pondwatch.jobs.ingest import Upload
 
-from .problems import BadRequest, bad_request
+from .problems import InvalidRequest, invalid_request
 
 MOST = 2**53 - 1  # what JavaScript still counts exactly
 Name = Annotated[str, StringConstraints(min_length=1, max_length=64, pattern=r"^[^\x00-\x1f\x7f/]+$")]
@@ -59,7 +59,7 @@ def pose_of(text: bytes | str) -> PoseIn:
     """The part `pose`.
 
     Raises:
-        InvalidPose: x_m, y_m or theta_rad is not a finite number. BadRequest: anything else is not as it should be.
+        InvalidPose: x_m, y_m or theta_rad is not a finite number. InvalidRequest: anything else is not as it should be.
     """
     try:
         return PoseIn.model_validate_json(text)
@@ -71,14 +71,14 @@ def items_of(text: bytes | str, most: int) -> list[BatchItemIn | PondwatchError]
     """The part `poses`: every item, or what is wrong with it.
 
     Raises:
-        BadRequest: it is not a JSON array, or of more than `most` items.
+        InvalidRequest: it is not a JSON array, or of more than `most` items.
     """
     try:
         listed = _ITEMS.validate_json(text)
     except Fault as fault:
         raise _refusal(fault) from None
     if len(listed) > most:
-        raise BadRequest(f"poses: there are {len(listed)} items; {most} are the most.", field="poses")
+        raise InvalidRequest(f"poses: there are {len(listed)} items; {most} are the most.", field="poses")
     return [_item(value) for value in listed]
 
 
@@ -91,7 +91,7 @@ def _item(value: object) -> BatchItemIn | PondwatchError:
 
 def _refusal(fault: Fault) -> PondwatchError:
     first = fault.errors(include_url=False, include_input=False, include_context=False)[0]
-    found = bad_request([first])
+    found = invalid_request([first])
     if first["loc"] and first["loc"][0] in _POSE_FIELDS and first["type"] != "missing":
         return InvalidPose(found.message, **found.facts)
     return found

@@ -22,7 +22,7 @@ from pondwatch.store.sessions import Session
 from pondwatch.store.snapshots import StoredSnapshot
 
 from . import problems
-from .problems import BadRequest
+from .problems import InvalidRequest
 from .schemas import MOST, BatchItemIn, PoseIn, items_of, pose_of
 from .services import Here, Services
 
@@ -128,16 +128,16 @@ def get_image(here: Here, session_id: str, robot: str, boot: Number, sequence: N
 async def _text(form: FormData, name: str) -> bytes | str:
     part = form.get(name)
     if part is None:
-        raise BadRequest(f"Part {name!r} is missing.", field=name)
+        raise InvalidRequest(f"Part {name!r} is missing.", field=name)
     return await part.read() if isinstance(part, UploadFile) else part
 
 
 async def _image(form: FormData, name: str, most: int) -> bytes:
     part = form.get(name)
     if part is None:
-        raise BadRequest(f"Part {name!r} is missing.", field=name[:100])
+        raise InvalidRequest(f"Part {name!r} is missing.", field=name[:100])
     if not isinstance(part, UploadFile):
-        raise BadRequest(f"Part {name!r} must be a file: give it a filename.", field=name[:100])
+        raise InvalidRequest(f"Part {name!r} must be a file: give it a filename.", field=name[:100])
     if part.size is not None and part.size > most:
         raise TooLarge(f"The picture is larger than {most} bytes.", limit_bytes=most)
     return await part.read()

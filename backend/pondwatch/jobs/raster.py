@@ -19,11 +19,16 @@ from .tasks import EncodedRect, EncodedTile
 TILE_PX = 256
 LAYERS = ("mosaic", "coverage")
 _MOST_PATCHES = 64
+_QUICK = (  # 2.5 ms a tile of 256 pixels, where the library's own choice at level 1 takes 4 and saves 3 % of the bytes
+    *(cv2.IMWRITE_PNG_COMPRESSION, 1),
+    *(cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_RLE),
+    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_PAETH),
+)
 
 
 def png(image: NDArray[np.uint8]) -> bytes:
     """The image, 1 to 4 channels, as PNG."""
-    done, content = cv2.imencode(".png", image, (cv2.IMWRITE_PNG_COMPRESSION, 1))
+    done, content = cv2.imencode(".png", image, _QUICK)
     assert done
     return content.tobytes()
 
