@@ -9,9 +9,9 @@ import { Home } from './views/home.js';
 import { Live } from './views/live.js';
 import { restoreTheme } from './views/theme.js';
 
-/** @param {SessionFacts} facts @param {string | null} rod */
-function showLive(facts, rod) {
-  const live = new Live(facts, rod);
+/** @param {SessionFacts} facts @param {import('./state/address.js').Address} address */
+function showLive(facts, address) {
+  const live = new Live(facts, address);
   document.body.replaceChildren(live.element);
   live.start();
   expose(live);
@@ -20,7 +20,7 @@ function showLive(facts, rod) {
 /**
  * Figures for tests and benches, read only.
  * revision: the last held in full. paintedAt(R): epoch ms at which R, or a later one with it, was drawn; null before.
- * rasterDigest(): SHA-256 of the mosaic's pixels (RGBA), hex. state: what the page holds.
+ * rasterDigest(), rawDigest(): SHA-256 of the mosaic's pixels (RGBA), hex; of the one made from raw poses. state: what the page holds.
  * @param {Live} live
  */
 function expose(live) {
@@ -32,18 +32,20 @@ function expose(live) {
     get state() { return structuredClone({ facts: live.inspection.facts, rods: live.inspection.rods, poses: live.inspection.poses }); },
     paintedAt: (/** @type {number} */ revision) => live.view?.painted.at(revision) ?? null,
     rasterDigest: async () => (await live.view?.mosaic.digest()) ?? null,
+    rawDigest: async () => (await live.view?.raw?.raster.digest()) ?? null,
   };
   Object.defineProperty(globalThis, 'pondwatch', { value: Object.freeze(figures), configurable: true });
 }
 
 async function main() {
   restoreTheme();
-  const { session, rod, home } = parse(location.search);
-  if (session) return showLive(await getSession(session), rod);
+  const address = parse(location.search);
+  const { session, home } = address;
+  if (session) return showLive(await getSession(session), address);
   const running = home ? undefined : (await listSessions()).find((facts) => isRunning(facts.state));
   if (running) {
-    history.replaceState(null, '', addressOf({ session: running.id }));
-    return showLive(await getSession(running.id), rod);
+    history.replaceState(null, '', addressOf({ ...address, session: running.id }));
+    return showLive(await getSession(running.id), address);
   }
   const list = new Home();
   document.body.replaceChildren(list.element);

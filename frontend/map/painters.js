@@ -9,7 +9,8 @@ import { footprint } from './frame.js';
 /** @typedef {Record<string, string>} Colours */
 
 const NEAREST_FROM = 2; // screen pixels a raster pixel, from which single pixels are shown as they are
-const SYMBOL_MOST_PX = 13;
+const BADGE_PX = 11; // a symbol's radius where rods are large enough to carry it at their rim
+const BADGE_FROM_PX = 19;
 
 /** The pond's floor where nothing was seen: hatched, never a made-up picture.
  * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {Pond} pond @param {Colours} colours */
@@ -34,6 +35,7 @@ export function paintFloor(context, frame, pond, colours) {
   context.stroke();
   context.restore();
   context.strokeStyle = colours.edge;
+  context.lineWidth = 2 * frame.dpr;
   context.strokeRect(x, y, width, height);
 }
 
@@ -46,16 +48,22 @@ export function paintMosaic(context, frame, mosaic, pond) {
 }
 
 /**
+ * A symbol on each rod; on large ones at the rim, so that the picture of the rod itself stays in sight.
  * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {RodLayout[]} rods
- * @param {(id: string) => RodRow} row @param {import('./symbols.js').Symbols} symbols
+ * @param {(id: string) => RodRow} row @param {import('./symbols.js').Symbols} symbols @param {number} opacity 0 to 1
  */
-export function paintRods(context, frame, rods, row, symbols) {
+export function paintRods(context, frame, rods, row, symbols, opacity) {
+  context.globalAlpha = opacity;
   for (const rod of rods) {
     if (!frame.sees(rod.x_m, rod.y_m, rod.outer_radius_m)) continue;
-    const radius = Math.min(rod.inner_radius_m * frame.scale * 0.85, SYMBOL_MOST_PX * frame.dpr);
-    const picture = symbols.of(row(rod.id), radius);
-    context.drawImage(picture, Math.round(frame.x(rod.x_m) - picture.width / 2), Math.round(frame.y(rod.y_m) - picture.height / 2));
+    const outer = rod.outer_radius_m * frame.scale;
+    const atRim = outer >= BADGE_FROM_PX * frame.dpr;
+    const offset = atRim ? outer * 0.62 : 0;
+    const picture = symbols.of(row(rod.id), atRim ? BADGE_PX * frame.dpr : rod.inner_radius_m * frame.scale * 0.85);
+    const [x, y] = [frame.x(rod.x_m) + offset, frame.y(rod.y_m) + offset];
+    context.drawImage(picture, Math.round(x - picture.width / 2), Math.round(y - picture.height / 2));
   }
+  context.globalAlpha = 1;
 }
 
 /** A ring round the rod that is chosen. @param {CanvasRenderingContext2D} context @param {Frame} frame
@@ -133,4 +141,11 @@ function stroke(context, colour, width) {
   context.strokeStyle = colour;
   context.lineWidth = width;
   context.stroke();
+}
+
+/** Where the next look would help most. @param {CanvasRenderingContext2D} context @param {Frame} frame
+ * @param {{xM: number, yM: number}} place @param {Camera} camera @param {Colours} colours */
+export function paintNext(context, frame, { xM, yM }, camera, colours) {
+  const pose = { x_m: xM, y_m: yM, theta_rad: 0 };
+  paintOutline(context, frame, pose, camera, colours.choice, { dash: [3, 5], width: 3, paper: colours.paper });
 }

@@ -15,6 +15,7 @@ export class PondMap extends EventTarget {
   #layer;
   /** @type {Painter} */ #paint;
   /** Metres: left, bottom, right, top. */ #extent;
+  /** Whether the whole pond is shown, and so is kept in sight when the window changes. */ #whole = true;
 
   /**
    * @param {HTMLElement} target @param {Pond} pond @param {number} metresPerPixel of the raster @param {Painter} paint
@@ -35,6 +36,10 @@ export class PondMap extends EventTarget {
     });
     this.#map.on('pointermove', (event) => this.#tell('pointer', event.coordinate));
     this.#map.on('singleclick', (event) => this.#tell('choose', event.coordinate));
+    this.#map.on('change:size', () => { if (this.#whole) this.fit(); });
+    this.#map.on('pointerdrag', () => { this.#whole = false; });
+    target.addEventListener('wheel', () => { this.#whole = false; }, { passive: true });
+    target.addEventListener('keydown', (event) => { if (event.key.startsWith('Arrow')) this.#whole = false; });
     this.fit();
   }
 
@@ -44,17 +49,20 @@ export class PondMap extends EventTarget {
   repaint() { this.#layer.changed(); }
 
   fit() {
-    this.#map.getView().fit(this.#extent, { padding: [16, 16, 34, 16] });
+    this.#map.getView().fit(this.#extent, { padding: [14, 24, 44, 40] });
+    this.#whole = true;
   }
 
   /** @param {number} factor above 1: closer */
   zoom(factor) {
+    this.#whole = false;
     const view = this.#map.getView();
     view.animate({ resolution: view.getConstrainedResolution(this.metresPerPx / factor) ?? this.metresPerPx, duration: 120 });
   }
 
   /** @param {number} xM @param {number} yM @param {number} [metresPerPx] */
   goTo(xM, yM, metresPerPx) {
+    this.#whole = false;
     this.#map.getView().animate({ center: [xM, yM], resolution: metresPerPx ?? this.metresPerPx, duration: 200 });
   }
 
@@ -84,7 +92,9 @@ export class PondMap extends EventTarget {
     }
     const context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext('2d'));
     context.clearRect(0, 0, frame.width, frame.height);
+    context.save(); // no painter sees what another left
     this.#paint(context, frame);
+    context.restore();
     return this.#canvas;
   }
 

@@ -42,9 +42,12 @@ function drawSymbol(rod, label, r, palette) {
   context.lineWidth = Math.max(1.25, r / 9);
   const verdict = verdictOf(rod);
   SHAPES[verdict](context, r, palette, rod.fill ?? 0);
-  if (r >= LETTER_FROM_PX) write(context, label, r, verdict === 'full' || verdict === 'conflicting' ? palette.paper : palette.ink);
+  if (r >= LETTER_FROM_PX) write(context, label, r, palette[INKS[verdict]]);
   return canvas;
 }
+
+/** What the letter is written in. @type {Record<string, keyof Palette>} */
+const INKS = { full: 'paper', conflicting: 'paper', partial: 'ink', empty: 'ink', unseen: 'unseen' };
 
 /** @type {Record<string, (context: CanvasRenderingContext2D, r: number, palette: Palette, fill: number) => void>} */
 const SHAPES = {

@@ -13,6 +13,12 @@ export function age(s) {
   return `${Math.round(s / 86_400)} days`;
 }
 
+/** A delay. @param {number | null | undefined} ms */
+export function delay(ms) {
+  if (ms == null || !Number.isFinite(ms)) return NONE;
+  return ms < 1000 ? `${Math.round(ms)} ms` : age(ms / 1000);
+}
+
 /** A share from 0 to 1. @param {number | null | undefined} value @param {number} [digits] */
 export function percent(value, digits = 0) {
   if (value == null || !Number.isFinite(value)) return NONE;
@@ -25,7 +31,8 @@ export function percent(value, digits = 0) {
 export function length(m) {
   if (m == null || !Number.isFinite(m)) return NONE;
   const size = Math.abs(m);
-  if (size < 0.01) return `${(m * 1000).toFixed(2)} mm`;
+  if (size < 0.001) return `${(m * 1000).toFixed(2)} mm`;
+  if (size < 0.01) return `${(m * 1000).toFixed(1)} mm`;
   if (size < 1) return `${(m * 100).toFixed(1)} cm`;
   return `${m.toFixed(2)} m`;
 }

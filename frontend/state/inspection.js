@@ -18,6 +18,7 @@ export class Inspection extends EventTarget {
   dataAt = 0;
   /** Server's clock less the page's, ms. */
   clockSkewMs = 0;
+  /** Of the last `poses`: the snapshots that came while this page watched. @type {PoseRow[]} */ fresh = [];
   #full = false;
 
   /** @param {SessionFacts} facts */
@@ -31,6 +32,17 @@ export class Inspection extends EventTarget {
     return this.rods.get(id) ?? { rod_id: id, state: 'unseen', fill: null, confidence: 0, views: 0 };
   }
 
+  /** How far correction moved poses, root mean square over what is placed, m; null where none says. */
+  get meanDriftM() {
+    let [sum, count] = [0, 0];
+    for (const { x_m, y_m, raw_x_m, raw_y_m, status } of this.poses.values()) {
+      if (status !== 'placed' || x_m === null || y_m === null || raw_x_m == null || raw_y_m == null) continue;
+      sum += (x_m - raw_x_m) ** 2 + (y_m - raw_y_m) ** 2;
+      count += 1;
+    }
+    return count ? Math.sqrt(sum / count) : null;
+  }
+
   /**
    * Take one message of the feed.
    * @param {{type: string, [field: string]: any}} message
@@ -39,7 +51,7 @@ export class Inspection extends EventTarget {
   apply(message, nowMs) {
     switch (message.type) {
       case 'hello': this.#hello(message); break;
-      case 'poses': for (const pose of message.poses) this.#pose(pose); break;
+      case 'poses': this.#poses(message.poses); break;
       case 'rods': for (const rod of message.rods) this.rods.set(rod.rod_id, rod); break;
       case 'job': this.jobs.set(message.id ?? message.kind, message); break;
       case 'session': this.#complete(message, nowMs); break;
@@ -59,9 +71,19 @@ export class Inspection extends EventTarget {
     this.revision = null;
   }
 
+  /** @param {PoseRow[]} poses */
+  #poses(poses) {
+    this.fresh = [];
+    for (const pose of poses) {
+      const key = `${pose.robot}/${pose.boot ?? 0}/${pose.sequence}`;
+      if (!this.#full && !this.poses.has(key)) this.fresh.push(pose);
+      this.poses.set(key, pose);
+      this.#place(pose);
+    }
+  }
+
   /** @param {PoseRow} pose */
-  #pose(pose) {
-    this.poses.set(`${pose.robot}/${pose.boot ?? 0}/${pose.sequence}`, pose);
+  #place(pose) {
     const last = this.robots.get(pose.robot)?.pose;
     const newer = !last || (pose.boot ?? 0) > (last.boot ?? 0)
       || ((pose.boot ?? 0) === (last.boot ?? 0) && pose.sequence >= last.sequence);
@@ -75,5 +97,6 @@ export class Inspection extends EventTarget {
     this.facts = /** @type {SessionFacts} */ ({ ...this.facts, ...facts, pond });
     if (this.revision === null || message.revision > this.revision) this.dataAt = nowMs;
     this.revision = message.revision;
+    this.#full = false;
   }
 }

@@ -58,3 +58,17 @@ test('the difference of the clocks is learned from the beat', () => {
   const held = inspection({ type: 'beat', revision: 1, at: '1970-01-01T00:00:06.500Z' });
   assert.equal(held.clockSkewMs, 1500);
 });
+
+test('snapshots of the state that was there already are not fresh; those that come later are, once', () => {
+  const held = inspection(hello(true), { type: 'poses', poses: [pose(1)] });
+  assert.equal(held.fresh.length, 0);
+  held.apply({ type: 'session', revision: 1 }, 0);
+  held.apply({ type: 'poses', poses: [pose(1), pose(2)] }, 0);
+  assert.deepEqual(held.fresh.map(({ sequence }) => sequence), [2]);
+});
+
+test('the mean drift is the root mean square over placed snapshots', () => {
+  const moved = (sequence, x_m, status = 'placed') => pose(sequence, { x_m, y_m: 0, raw_x_m: 0, raw_y_m: 0, status });
+  assert.equal(inspection({ type: 'poses', poses: [moved(1, 1), moved(2, 7), moved(3, 100, 'uncertain')] }).meanDriftM, 5);
+  assert.equal(inspection().meanDriftM, null);
+});

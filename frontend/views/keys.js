@@ -1,17 +1,16 @@
 // @ts-check
-/** Single keys, unless a field is being written in. */
+/** Single keys, unless a field is being written in or a dialog is open. */
 
-/** @param {Record<string, () => void>} actions by `KeyboardEvent.key`, letters in lower case @returns {() => void} what ends it */
+/** @param {import('./help.js').Action[]} actions keys are of `KeyboardEvent.key`, letters in lower case */
 export function listen(actions) {
-  const onKey = (/** @type {KeyboardEvent} */ event) => {
+  const byKey = new Map(actions.flatMap(({ keys, run }) => keys.map((key) => [key, run])));
+  document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target);
-    if (target.closest('input, textarea, select, [contenteditable]')) return;
-    const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!action) return;
+    if (target.closest('input, textarea, select, dialog, [contenteditable]')) return;
+    const run = byKey.get(event.key.length === 1 ? event.key.toLowerCase() : event.key);
+    if (!run) return;
     event.preventDefault();
-    action();
-  };
-  document.addEventListener('keydown', onKey);
-  return () => document.removeEventListener('keydown', onKey);
+    run();
+  });
 }

@@ -1,5 +1,5 @@
 // @ts-check
-/** The live view: one inspection, its feed, its map and its panels. */
+/** The live view: one inspection, its feed, its map and its panels. Here they are put together. */
 
 import { openFeed } from '../api/client.js';
 import { Intake } from '../live/intake.js';
@@ -8,63 +8,109 @@ import { decode } from '../map/raster.js';
 import { format as addressOf } from '../state/address.js';
 import * as format from '../state/format.js';
 import { Inspection } from '../state/inspection.js';
+import { Options } from '../state/options.js';
+import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
+import { Health } from './health.js';
+import { helpDialog } from './help.js';
 import { listen } from './keys.js';
+import { LayerLegend } from './layerlegend.js';
 import { PondView } from './pondview.js';
 import { RobotStrip } from './robotstrip.js';
 import { RodPanel } from './rodpanel.js';
 import { Summary } from './summary.js';
+import { Tables } from './tables.js';
 import { toggleTheme } from './theme.js';
+import { Toolbar } from './toolbar.js';
 import { TopBar } from './topbar.js';
 
 const CLOCK_MS = 250;
+const PANELS_MS = 200;
 
 export class Live {
   #bar = new TopBar();
   #summary = new Summary();
+  #health = new Health(() => this.#goNext());
+  #legend = new LayerLegend();
+  #pulse = new Pulse();
   #mapBox = h('div', { class: 'map', id: 'map', tabindex: '0', role: 'application', 'aria-label': 'Map of the pond; arrow keys pan, plus and minus zoom' });
-  #banner = h('div', { class: 'banner', role: 'alert' });
+  #banner = h('div', { class: 'banner', role: 'alert' }, h('strong'), h('span'));
   #cursor = h('div', { class: 'cursor', text: 'x –   y –' });
-  #area = h('div', { class: 'map-area' }, this.#mapBox, this.#banner, this.#cursor);
+  #area = h('div', { class: 'map-area' }, this.#mapBox, this.#legend.element, this.#banner, this.#cursor);
+  #column = h('div', { class: 'map-column' }, this.#area);
   /** @type {PondView | null} */ #view = null;
-  /** @type {string | null} */ #rodWanted;
-  #dirty = false;
+  #rodWanted;
+  #due = false;
+  #hearing = '';
 
-  /** @param {SessionFacts} facts @param {string | null} rod one to open at once */
-  constructor(facts, rod) {
+  /** @param {SessionFacts} facts @param {import('../state/address.js').Address} address */
+  constructor(facts, { rod, show }) {
     this.inspection = new Inspection(facts);
+    this.options = new Options().read(show);
     this.#rodWanted = rod;
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(facts.id);
-    const side = h('aside', { class: 'side', 'aria-label': 'Overview' }, this.rodPanel.element, this.#summary.element);
-    this.element = h('div', {}, this.#bar.element, h('main', { class: 'live' }, this.#area, side, this.strip.element));
-    const later = (/** @type {() => void} */ run, /** @type {number} */ ms) => setTimeout(run, ms);
-    const world = { open: (/** @type {number | null} */ since) => openFeed(facts.id, since), now: Date.now, later, random: Math.random };
-    this.link = new Link(world, () => this.inspection.revision);
+    this.tables = new Tables(this.inspection, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
+    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.#summary.element, this.#health.element);
+    this.#actions = this.#makeActions();
+    this.help = helpDialog(this.#actions);
+    this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
+    this.element = h('div', {}, this.#bar.element, this.#main, this.help);
+    this.link = new Link(world(facts.id), () => this.inspection.revision);
     this.intake = new Intake({
       decode,
-      paint: (patch, image) => this.#paintPatch(patch, image),
+      paint: (patch, image) => { if (patch.layer === 'mosaic') this.#view?.mosaic.paint(patch, image); },
       apply: (message) => this.inspection.apply(message, Date.now()),
       resync: () => this.link.restart(1000),
     });
   }
+  #actions;
+  #main;
 
   get view() { return this.#view; }
 
   start() {
-    this.link.addEventListener('frame', (event) => this.intake.push(/** @type {CustomEvent} */ (event).detail));
-    this.link.addEventListener('state', () => this.#update());
-    this.inspection.addEventListener('hello', () => this.#hello());
-    this.inspection.addEventListener('session', () => this.#revision());
-    this.rodPanel.addEventListener('choose', () => this.#showEvidence());
-    this.rodPanel.addEventListener('close', () => this.#chooseRod(null));
-    addEventListener('online', () => this.link.restart());
-    listen({ t: toggleTheme, Escape: () => this.rodPanel.close(), '0': () => this.#view?.map.fit(), f: () => this.#view?.map.fit(),
-      '+': () => this.#view?.map.zoom(1.5), '-': () => this.#view?.map.zoom(1 / 1.5), r: () => this.#toggle('rods'), b: () => this.#toggle('robots') });
+    const { inspection, link, rodPanel } = this;
+    link.addEventListener('frame', (event) => this.intake.push(/** @type {CustomEvent} */ (event).detail));
+    link.addEventListener('state', () => this.#update());
+    inspection.addEventListener('hello', () => this.#hello());
+    inspection.addEventListener('poses', () => this.#pulse.arrived(inspection.fresh.map((pose) => Date.parse(pose.received_at ?? '')), this.#serverMs));
+    inspection.addEventListener('session', () => this.#revision());
+    rodPanel.addEventListener('choose', () => this.#showEvidence());
+    rodPanel.addEventListener('close', () => this.#chooseRod(null));
+    this.options.addEventListener('change', () => { this.#address(); this.#update(); });
+    addEventListener('online', () => link.restart());
+    listen(this.#actions);
     setInterval(() => this.#tick(), CLOCK_MS);
     this.#update();
-    this.link.start();
+    link.start();
+  }
+
+  get #serverMs() { return Date.now() + this.inspection.clockSkewMs; }
+
+  /** @returns {import('./help.js').Action[]} */
+  #makeActions() {
+    const { options } = this;
+    const map = (/** @type {(view: PondView) => void} */ run) => () => { if (this.#view) run(this.#view); };
+    return [
+      { keys: ['c'], word: 'Raw or corrected poses', run: () => options.togglePicture() },
+      { keys: ['l'], word: 'Next layer: looks, age, uncertainty', run: () => options.nextLayer() },
+      { keys: ['r'], word: 'Rods', run: () => options.toggle('rods') },
+      { keys: ['b'], word: 'Robots', run: () => options.toggle('robots') },
+      { keys: ['k'], word: 'Tracks of the robots', run: () => options.toggle('tracks') },
+      { keys: ['g'], word: 'Grid of metres', run: () => options.toggle('grid') },
+      { keys: ['+', '='], word: 'Closer', run: map((view) => view.map.zoom(1.5)) },
+      { keys: ['-'], word: 'Farther', run: map((view) => view.map.zoom(1 / 1.5)) },
+      { keys: ['0', 'f'], word: 'The whole pond', run: map((view) => view.map.fit()) },
+      { keys: ['/'], word: 'Find a rod', run: () => document.getElementById('find')?.focus() },
+      { keys: ['n'], word: 'Where to look next', run: () => this.#goNext() },
+      { keys: ['d'], word: 'Tables', run: () => this.tables.toggle(Boolean(this.tables.element.hidden)) },
+      { keys: ['t'], word: 'Light or dark', run: toggleTheme },
+      { keys: ['i'], word: 'All inspections', run: () => location.assign('/?inspections') },
+      { keys: ['?'], word: 'These keys', run: () => this.help.showModal() },
+      { keys: ['Escape'], word: 'Close the panel or the tables', run: () => this.#close() },
+    ];
   }
 
   #hello() {
@@ -76,47 +122,30 @@ export class Live {
 
   /** @param {Raster} raster @param {Pond} pond */
   #makeView(raster, pond) {
-    const view = new PondView(this.#mapBox, this.inspection, raster, pond);
+    const view = new PondView(this.#mapBox, this.inspection, raster, pond, this.options);
     view.addEventListener('choose', (event) => this.#chooseRod(/** @type {CustomEvent} */ (event).detail));
-    view.addEventListener('pointer', (event) => {
-      const { xM, yM } = /** @type {CustomEvent} */ (event).detail;
-      setText(this.#cursor, format.place(xM, yM));
-    });
+    view.addEventListener('pointer', (event) => this.#point(/** @type {CustomEvent} */ (event).detail));
     this.#view = view;
-    this.#area.append(tools(view), h('div', { class: 'map-layers' }, ...this.#layerButtons()));
-    const wanted = pond.rods?.find((rod) => rod.id === this.#rodWanted);
-    if (wanted) this.#chooseRod(wanted);
-  }
-
-  #layerButtons() {
-    return /** @type {const} */ (['rods', 'robots']).map((name) => h('button', { type: 'button', id: `layer-${name}`, 'aria-pressed': 'true',
-      title: `${name === 'rods' ? 'Rods (R)' : 'Robots (B)'}`, text: name === 'rods' ? 'Rods' : 'Robots', onClick: () => this.#toggle(name) }));
-  }
-
-  /** @param {'rods' | 'robots'} name */
-  #toggle(name) {
-    if (!this.#view) return;
-    this.#view.shows[name] = !this.#view.shows[name];
-    document.getElementById(`layer-${name}`)?.setAttribute('aria-pressed', String(this.#view.shows[name]));
-    this.#view.repaint();
-  }
-
-  /** @param {Patch} patch @param {CanvasImageSource} image */
-  #paintPatch(patch, image) {
-    if (patch.layer === 'mosaic') this.#view?.mosaic.paint(patch, image);
+    const toolbar = new Toolbar(this.options, {
+      find: (id) => this.#find(id), rods: (pond.rods ?? []).map((rod) => rod.id), table: () => this.tables.toggle(true), help: () => this.help.showModal(),
+    });
+    this.#column.prepend(toolbar.element);
+    this.#area.append(this.tables.element, tools(view));
+    if (this.#rodWanted) this.#find(this.#rodWanted);
   }
 
   #revision() {
     if (this.inspection.revision !== null) this.#view?.painted.wait(this.inspection.revision);
-    this.#view?.repaint();
-    if (this.#dirty) return;
-    this.#dirty = true;
-    setTimeout(() => this.#update(), 100);
+    this.#view?.advance();
+    if (this.#due) return;
+    this.#due = true;
+    setTimeout(() => this.#update(), PANELS_MS);
   }
 
   #update() {
-    this.#dirty = false;
+    this.#due = false;
     this.#summary.update(this.inspection);
+    this.tables.update();
     const rod = this.#view?.chosenRod;
     if (rod) this.rodPanel.show(this.inspection.rod(rod.id), rod);
     this.#tick();
@@ -125,9 +154,17 @@ export class Live {
   /** What changes with time alone. */
   #tick() {
     const now = Date.now();
+    this.#pulse.tick(this.#serverMs);
+    this.#view?.recount();
     this.#bar.update(this.inspection, this.link, now);
-    this.strip.update(robotViews(this.inspection, now));
-    setAttribute(this.#area, 'data-link', this.link.state);
+    const robots = robotViews(this.inspection, now);
+    this.strip.update(robots);
+    const hearing = robots.map((robot) => robot.hearing).join();
+    if (hearing !== this.#hearing) this.#view?.repaint();
+    this.#hearing = hearing;
+    this.#health.update(this.#pulse, this.inspection, this.#view?.looks ?? null);
+    this.#legend.update(this.options, this.#view?.raw ?? null);
+    setAttribute(this.#main, 'data-link', this.link.state);
     if (this.link.state === 'disconnected') {
       const asOf = this.inspection.dataAt ? `The picture is ${format.age((now - this.inspection.dataAt) / 1000)} old.` : 'Nothing was received yet.';
       this.#say('DISCONNECTED', `${asOf} Server last heard ${format.age(this.link.silenceMs / 1000)} ago; trying again.`);
@@ -136,9 +173,24 @@ export class Live {
 
   /** @param {string} loud @param {string} more */
   #say(loud, more) {
-    if (!this.#banner.firstChild) this.#banner.append(h('strong'), h('span'));
-    setText(/** @type {Element} */ (this.#banner.firstChild), loud);
-    setText(/** @type {Element} */ (this.#banner.lastChild), more);
+    setText(this.#banner.children[0], loud);
+    setText(this.#banner.children[1], more);
+  }
+
+  /** @param {{xM: number, yM: number}} at */
+  #point({ xM, yM }) {
+    const cell = this.#view?.looks?.at(xM, yM);
+    const seen = cell?.looks ? `seen ${cell.looks} ×, ${format.age((this.#serverMs - cell.newestMs) / 1000)} ago` : cell ? 'never seen' : 'outside';
+    setText(this.#cursor, `${format.place(xM, yM)}   ${seen}`);
+  }
+
+  /** @param {string} id */
+  #find(id) {
+    const rod = this.#view?.pond.rods?.find((one) => one.id.toLowerCase() === id.toLowerCase());
+    if (!rod || !this.#view) return false;
+    this.tables.toggle(false);
+    this.#chooseRod(rod);
+    return true;
   }
 
   /** @param {RodLayout | null} rod */
@@ -146,7 +198,7 @@ export class Live {
     if (!this.#view || this.#view.chosenRod === rod) return;
     this.#view.chosenRod = rod;
     this.#view.evidence = null;
-    history.replaceState(null, '', addressOf({ session: this.inspection.facts.id, rod: rod?.id ?? null }));
+    this.#address();
     if (rod) void this.rodPanel.open(this.inspection.rod(rod.id), rod);
     else if (this.rodPanel.rodId) this.rodPanel.close();
     this.#view.repaint();
@@ -158,10 +210,39 @@ export class Live {
     this.#view.repaint();
   }
 
+  #close() {
+    if (!this.tables.element.hidden) this.tables.toggle(false);
+    else if (this.rodPanel.rodId) this.rodPanel.close();
+    else if (this.#view) {
+      this.#view.pointed = null;
+      this.#view.repaint();
+    }
+  }
+
+  #goNext() {
+    const next = this.#view?.looks?.next;
+    if (!next || !this.#view) return;
+    this.#view.pointed = next;
+    this.#view.map.goTo(next.xM, next.yM);
+    this.#view.repaint();
+  }
+
   /** @param {import('../state/robots.js').RobotView} robot */
   #goToRobot({ pose }) {
     if (pose.x_m !== null && pose.y_m !== null) this.#view?.map.goTo(pose.x_m, pose.y_m);
   }
+
+  /** The view as the page's address. */
+  #address() {
+    const address = { session: this.inspection.facts.id, rod: this.#view?.chosenRod?.id ?? this.#rodWanted, show: this.options.words() };
+    this.#rodWanted = null;
+    history.replaceState(null, '', addressOf(address));
+  }
+}
+
+/** @param {string} session @returns {import('../live/link.js').World} */
+function world(session) {
+  return { open: (since) => openFeed(session, since), now: Date.now, later: (run, ms) => setTimeout(run, ms), random: Math.random };
 }
 
 /** The pond of a session that says nothing of one: its raster's extent. @param {Raster} raster @returns {Pond} */

@@ -1,10 +1,15 @@
 // @ts-check
-/** The map of one inspection: what is painted, from what state. */
+/** The map of one inspection: what is painted, from what state, by what options. */
 
-import { paintChosen, paintFloor, paintMosaic, paintOutline, paintRobots, paintRods } from '../map/painters.js';
+import { snapshotUrl } from '../api/client.js';
+import { Overlay } from '../map/overlay.js';
+import { paintChosen, paintFloor, paintMosaic, paintNext, paintOutline, paintRobots, paintRods } from '../map/painters.js';
 import { PondMap } from '../map/pondmap.js';
 import { RasterCanvas } from '../map/raster.js';
+import { RawMosaic } from '../map/rawmosaic.js';
 import { Symbols } from '../map/symbols.js';
+import { paintGrid, paintTracks } from '../map/tracks.js';
+import { Looks } from '../state/looks.js';
 import { Painted } from '../state/painted.js';
 import { rodAt } from '../state/rods.js';
 import { robotViews } from '../state/robots.js';
@@ -13,44 +18,100 @@ import { mapColours, rodPalette } from './theme.js';
 /** @typedef {import('../map/frame.js').Frame} Frame */
 
 const REACH_PX = 10;
+const RECOUNT_MS = 1000;
 
 export class PondView extends EventTarget {
   #inspection;
   #pond;
+  #options;
   #map;
   #colours = mapColours();
   #symbols = new Symbols(rodPalette());
+  #overlay = new Overlay();
+  #countedAt = -Infinity;
+  #countedRevision = -1;
   painted = new Painted();
   /** @type {RodLayout | null} */ chosenRod = null;
   /** @type {Evidence | null} */ evidence = null;
-  shows = { rods: true, robots: true };
+  /** @type {RawMosaic | null} */ raw = null;
+  /** @type {Looks | null} */ looks = null;
+  /** Where to look next, while that is pointed at. @type {{xM: number, yM: number} | null} */ pointed = null;
 
   /**
    * @param {HTMLElement} target @param {import('../state/inspection.js').Inspection} inspection
-   * @param {Raster} raster @param {Pond} pond
+   * @param {Raster} raster @param {Pond} pond @param {import('../state/options.js').Options} options
    */
-  constructor(target, inspection, raster, pond) {
+  constructor(target, inspection, raster, pond, options) {
     super();
     this.#inspection = inspection;
     this.#pond = pond;
+    this.#options = options;
     this.mosaic = new RasterCanvas(raster);
+    if (inspection.facts.camera) this.looks = new Looks(pond, inspection.facts.camera);
     this.#map = new PondMap(target, pond, raster.metres_per_pixel, (context, frame) => this.#paint(context, frame));
     this.#map.addEventListener('choose', (event) => this.#choose(/** @type {CustomEvent} */ (event).detail));
-    this.#map.addEventListener('pointer', (event) => this.#forward(/** @type {CustomEvent} */ (event)));
+    this.#map.addEventListener('pointer', (event) => this.dispatchEvent(new CustomEvent('pointer', { detail: /** @type {CustomEvent} */ (event).detail })));
+    options.addEventListener('change', () => this.refresh());
     document.addEventListener('themechange', () => this.#retheme());
+    this.refresh();
   }
 
   get map() { return this.#map; }
+  get pond() { return this.#pond; }
   repaint() { this.#map.repaint(); }
+
+  /** Everything derived, anew: options changed, or some time passed. */
+  refresh() {
+    this.recount(true);
+    if (this.#options.picture === 'raw') this.#fillRaw();
+    this.repaint();
+  }
+
+  /** Count looks again, where there is something new and it was not done just now. @param {boolean} [now] */
+  recount(now = false) {
+    const revision = this.#inspection.revision ?? -1;
+    const at = performance.now();
+    const stale = revision !== this.#countedRevision || this.#options.layer === 'age';
+    if (!this.looks || (!now && (!stale || at - this.#countedAt < RECOUNT_MS))) return;
+    const serverMs = Date.now() + this.#inspection.clockSkewMs;
+    this.looks.count(this.#inspection.poses.values(), serverMs);
+    const { layer } = this.#options;
+    if (layer !== 'none') this.#overlay.fill(this.looks, layer, serverMs, this.mosaic.raster.metres_per_pixel, this.#colours);
+    this.#countedRevision = revision;
+    this.#countedAt = performance.now() + 5 * (performance.now() - at); // never more than a sixth of the time
+    if (layer !== 'none') this.repaint();
+  }
+
+  /** New snapshots came. */
+  advance() {
+    if (this.#options.picture === 'raw') this.raw?.update(this.#inspection.poses.values());
+    this.recount();
+    this.repaint();
+  }
+
+  #fillRaw() {
+    const { camera, id } = this.#inspection.facts;
+    if (!camera) return;
+    if (!this.raw) {
+      this.raw = new RawMosaic(this.mosaic.raster, this.#pond, camera, (key) => snapshotUrl(id, key));
+      this.raw.addEventListener('drawn', () => this.repaint());
+    }
+    this.raw.update(this.#inspection.poses.values());
+  }
 
   /** @param {CanvasRenderingContext2D} context @param {Frame} frame */
   #paint(context, frame) {
+    const { marks, picture, layer, opacity } = this.#options;
     const { camera } = this.#inspection.facts;
-    const rods = this.#pond.rods ?? [];
+    const robots = robotViews(this.#inspection, Date.now());
     paintFloor(context, frame, this.#pond, this.#colours);
-    paintMosaic(context, frame, this.mosaic, this.#pond);
-    if (this.shows.rods) paintRods(context, frame, rods, (id) => this.#inspection.rod(id), this.#symbols);
-    if (this.shows.robots) paintRobots(context, frame, robotViews(this.#inspection, Date.now()), camera, this.#colours);
+    paintMosaic(context, frame, picture === 'raw' && this.raw ? this.raw.raster : this.mosaic, this.#pond);
+    if (layer !== 'none') this.#overlay.paint(context, frame, this.#pond);
+    if (marks.grid) paintGrid(context, frame, this.#pond, this.#colours);
+    if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity);
+    if (marks.tracks) paintTracks(context, frame, this.#inspection.poses.values(), this.#colours);
+    if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(asSaid) : robots, camera, this.#colours);
+    if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);
     if (this.chosenRod) paintChosen(context, frame, this.chosenRod, this.#colours);
     if (this.evidence && camera) this.#paintEvidence(context, frame, this.evidence, camera);
     this.painted.drawn(performance.timeOrigin + performance.now());
@@ -69,14 +130,15 @@ export class PondView extends EventTarget {
     this.dispatchEvent(new CustomEvent('choose', { detail: rod }));
   }
 
-  /** @param {CustomEvent} event */
-  #forward(event) {
-    this.dispatchEvent(new CustomEvent(event.type, { detail: event.detail }));
-  }
-
   #retheme() {
     this.#colours = mapColours();
     this.#symbols = new Symbols(rodPalette());
-    this.repaint();
+    this.refresh();
   }
+}
+
+/** A robot where it said that it was. @param {import('../state/robots.js').RobotView} robot */
+function asSaid(robot) {
+  const { raw_x_m = null, raw_y_m = null, raw_theta_rad = null } = robot.pose;
+  return { ...robot, pose: { ...robot.pose, x_m: raw_x_m, y_m: raw_y_m, theta_rad: raw_theta_rad } };
 }

@@ -52,7 +52,7 @@ class Card {
     setAttribute(this.element, 'data-hearing', hearing);
     setText(this.#state, hearing === 'silent' ? `SILENT ${format.age(ageS)}` : hearing === 'ended' ? 'ended' : format.age(ageS));
     setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
-      : `${pose.x_m.toFixed(3)}, ${pose.y_m.toFixed(3)} m  ${format.angle(pose.theta_rad)}`);
+      : `${pose.x_m.toFixed(2)}, ${pose.y_m.toFixed(2)} m  ${format.angle(pose.theta_rad)}`);
     setText(this.#how, `#${pose.sequence} ${STATUS_WORDS[pose.status]}${driftM === null ? '' : `, moved ${format.length(driftM)}`}`);
   }
 }

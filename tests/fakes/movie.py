@@ -27,7 +27,9 @@ class Movie:
     rows: int = 11
     robots: int = 7
     seed: int = 1
+    drift_m: float = 0.012
     taken: int = 0
+    corners: dict[tuple[str, int], tuple[int, int]] = field(default_factory=dict)
     views: dict[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -60,7 +62,8 @@ class Movie:
         left = int(np.clip(round(x_m / SCALE_M) - 80, 0, self.raster.width_px - 160))
         top = int(np.clip(self.raster.height_px - round(y_m / SCALE_M) - 55, 0, self.raster.height_px - 110))
         patch = self.patch(left, top, 160, 110, source.revision + 1)
-        pose = self._pose(robot, turn, (left + 79.5) * SCALE_M, (self.raster.height_px - top - 54.5) * SCALE_M)
+        pose = self._pose(robot, turn, (left + 80) * SCALE_M, (self.raster.height_px - top - 55) * SCALE_M)
+        self.corners[pose["robot"], turn] = left, top
         rods = [self._read(rod) for rod in self.pond.rods if self._sees(rod, left, top)]
         counts = {
             "snapshots": self.taken,
@@ -69,6 +72,11 @@ class Movie:
             "rejected": 0,
         }
         return source.step([patch], rods, [pose], counts=counts, coverage=min(1.0, self.taken / 300))
+
+    def snapshot(self, robot: str, sequence: int) -> bytes:
+        """The picture that a robot took."""
+        x, y = self.corners[robot, sequence]
+        return self.patch(x, y, 160, 110, 0).content
 
     def patch(self, x: int, y: int, width: int, height: int, revision: int) -> Patch:
         """A rectangle of the floor, without loss, so that pixels can be compared."""
@@ -85,7 +93,7 @@ class Movie:
         return x_m, band * (robot + 0.5) + 0.25 * band * float(np.sin(turn / 3 + robot))
 
     def _pose(self, robot: int, turn: int, x_m: float, y_m: float) -> dict[str, Any]:
-        drift = self.rng.normal(0, 0.012, 3)
+        drift = self.rng.normal(0, self.drift_m, 3)
         return {
             "robot": f"bubble-{robot + 1}",
             "boot": 0,

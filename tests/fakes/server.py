@@ -11,7 +11,6 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 from typing import Any
 
-import cv2
 import uvicorn
 from fastapi import FastAPI, Response
 from fastapi.responses import FileResponse, JSONResponse
@@ -102,18 +101,13 @@ def make_app(server: FakeServer) -> FastAPI:
 
     @app.get("/api/sessions/s1/rods/{rod}")
     def rod(rod: str) -> Any:
-        views = server.movie.views.get(rod, 0) if server.movie else 0
-        return {
-            "rod_id": rod,
-            "method": "lattice",
-            "views": views,
-            "snapshots": [_evidence(i) for i in range(min(views, 6))],
-        }
+        poses = [_evidence(pose) for pose in source.changes("s1", None).poses if _shows(server, rod, pose)]
+        return {"rod_id": rod, "method": "lattice", "views": len(poses), "snapshots": poses}
 
     @app.get("/api/sessions/s1/snapshots/{robot}/{boot}/{sequence}/image")
     def image(robot: str, boot: int, sequence: int) -> Response:
         assert server.movie
-        content = cv2.imencode(".png", server.movie.floor[:110, sequence * 30 : sequence * 30 + 160])[1].tobytes()
+        content = server.movie.snapshot(robot, sequence)
         return Response(content, media_type="image/png")
 
     vendor = json.loads((FRONTEND / "vendor.json").read_text())
@@ -127,8 +121,14 @@ def make_app(server: FakeServer) -> FastAPI:
     return app
 
 
-def _evidence(i: int) -> dict[str, Any]:
-    raw = {"x_m": 0.2 + 30 * i * SCALE_M, "y_m": 0.3, "theta_rad": 0.06}
-    corrected = {"x_m": 0.21 + 30 * i * SCALE_M, "y_m": 0.29, "theta_rad": 0.0}
-    key = {"robot": f"bubble-{i + 1}", "boot": 0, "sequence": i, "captured_at": now()}
-    return {**key, "raw": raw, "corrected": corrected, "status": "placed", "fill": 0.41}
+def _shows(server: FakeServer, rod_id: str, pose: dict[str, Any]) -> bool:
+    assert server.movie
+    rod = next(rod for rod in server.movie.pond.rods if rod.id == rod_id)
+    return abs(pose["x_m"] - rod.x_m) < 68 * SCALE_M and abs(pose["y_m"] - rod.y_m) < 43 * SCALE_M
+
+
+def _evidence(pose: dict[str, Any]) -> dict[str, Any]:
+    axes = ("x_m", "y_m", "theta_rad")
+    places = {"raw": {a: pose[f"raw_{a}"] for a in axes}, "corrected": {a: pose[a] for a in axes}}
+    key = {name: pose[name] for name in ("robot", "boot", "sequence", "status")}
+    return {**key, **places, "captured_at": now(), "fill": 0.41}

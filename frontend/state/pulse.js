@@ -1,0 +1,42 @@
+// @ts-check
+/** How many snapshots come a second, and how long each took from the server's receipt to this page. Pure. */
+
+const WINDOW_MS = 10_000;
+const LATENCIES = 200;
+
+export class Pulse {
+  /** @type {number[]} */ #arrivals = [];
+  /** @type {number[]} */ #latencies = [];
+  #nowMs = 0;
+
+  /** New snapshots, by the server's clock. @param {number[]} receivedMs when the server took them @param {number} nowMs */
+  arrived(receivedMs, nowMs) {
+    this.#nowMs = nowMs;
+    for (const atMs of receivedMs) {
+      this.#arrivals.push(nowMs);
+      if (Number.isFinite(atMs)) this.#latencies.push(Math.max(0, nowMs - atMs));
+    }
+    this.#latencies = this.#latencies.slice(-LATENCIES);
+    this.tick(nowMs);
+  }
+
+  /** @param {number} nowMs */
+  tick(nowMs) {
+    this.#nowMs = nowMs;
+    const first = this.#arrivals.findIndex((at) => at > nowMs - WINDOW_MS);
+    this.#arrivals = first < 0 ? [] : this.#arrivals.slice(first);
+  }
+
+  get perSecond() { return this.#arrivals.length / (WINDOW_MS / 1000); }
+  /** The median; null before the first. */
+  get latencyMs() { return quantile(this.#latencies, 0.5); }
+  /** What one in ten exceeds. */
+  get worstMs() { return quantile(this.#latencies, 0.9); }
+}
+
+/** @param {number[]} values @param {number} share */
+function quantile(values, share) {
+  if (!values.length) return null;
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+}

@@ -1,0 +1,188 @@
+"""The console in Chromium: layers, raw and corrected, evidence, tables, keys."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from tests.fakes.movie import Movie
+from tests.fakes.server import FakeServer, serving
+
+from .conftest import Desk, eventually
+from .test_page_live import digest_of
+
+pytestmark = pytest.mark.browser
+COUNT = 40
+
+
+@pytest.fixture(scope="module")
+def still() -> Iterator[FakeServer]:
+    """A server that the tests here only look at: 40 snapshots, poses that came in right."""
+    with serving(Movie(drift_m=0.0)) as running:
+        running.source.session["state"] = "finished"  # no robot falls silent meanwhile
+        running.advance(COUNT)
+        yield running
+
+
+@pytest.fixture
+def console(desk: Desk, still: FakeServer) -> Iterator[Desk]:
+    desk.open(still, "/?session=s1")
+    assert desk.shows(COUNT)
+    yield desk
+    assert desk.errors == []
+    assert desk.strangers == []
+
+
+def picture(desk: Desk) -> str:
+    """The map as it is drawn."""
+    desk.page.wait_for_timeout(150)
+    return str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()"))
+
+
+@pytest.mark.parametrize(
+    ("layer", "words"), [("looks", "never seen"), ("age", "older: stale"), ("uncertainty", "no sure look")]
+)
+def test_each_layer_is_drawn_with_its_legend(console: Desk, layer: str, words: str) -> None:
+    before = picture(console)
+
+    console.page.locator("#layer").select_option(layer)
+
+    assert console.says(".layer-legend", words)
+    assert picture(console) != before
+    assert f"show={layer}" in console.page.evaluate("location.search")
+
+
+@pytest.mark.parametrize("mark", ["rods", "robots", "tracks", "grid"])
+def test_each_mark_can_be_shown_and_hidden(console: Desk, mark: str) -> None:
+    before = picture(console)
+
+    console.page.locator(f"#layer-{mark}").click()
+    assert picture(console) != before
+    console.page.locator(f"#layer-{mark}").click()
+
+    assert eventually(lambda: picture(console) == before)
+
+
+def test_raw_poses_are_one_key_away_unmistakable_and_drawn_where_the_robots_said(
+    console: Desk, still: FakeServer
+) -> None:
+    console.page.keyboard.press("c")
+
+    assert console.says("#raw-note", "RAW POSES")
+    assert still.movie
+    expected = digest_of(still.movie, still)
+    assert eventually(lambda: console.figure("rawDigest()") == expected), "poses that came in right need no correction"
+
+    console.page.keyboard.press("c")
+    assert not console.page.locator("#raw-note").is_visible()
+
+
+def test_a_rod_leads_to_the_snapshots_that_show_it_in_two_clicks(console: Desk, still: FakeServer) -> None:
+    rod = next(row["rod_id"] for row in still.source.changes("s1", None).rods)
+    console.page.locator("#find").fill(rod)
+    console.page.locator("#find").press("Enter")
+    before = picture(console)
+
+    console.page.locator(".evidence button").first.click()
+
+    assert picture(console) != before, "its raw and its corrected outline are on the map"
+    loaded = "document.querySelector('.evidence img').naturalWidth"
+    assert eventually(lambda: console.page.evaluate(loaded)) == 160
+
+
+def test_a_rod_that_is_not_there_is_said_and_nothing_else_happens(console: Desk) -> None:
+    console.page.locator("#find").fill("R9999")
+    console.page.locator("#find").press("Enter")
+
+    assert console.page.evaluate("document.getElementById('find').validationMessage") == "There is no such rod."
+    assert not console.page.locator("#rod-panel").is_visible()
+
+
+def test_a_rod_never_seen_is_not_observed_in_every_place(console: Desk, still: FakeServer) -> None:
+    assert still.movie
+    seen = {row["rod_id"] for row in still.source.changes("s1", None).rods}
+    unseen = next(rod.id for rod in still.movie.pond.rods if rod.id not in seen)
+
+    console.open(still, f"/?session=s1&rod={unseen}")
+    assert console.says("#rod-verdict", "Not observed")
+    console.page.locator("#table-button").click()
+
+    row = console.page.locator("#tables tr", has_text=unseen)
+    assert "Not observed" in row.inner_text()
+    assert "never" in row.inner_text()
+
+
+def test_tables_say_what_the_map_shows(console: Desk, still: FakeServer) -> None:
+    rows = still.source.changes("s1", None).rods
+    full = [row["rod_id"] for row in rows if row["state"] == "full" and not row.get("conflicting")]
+
+    console.page.keyboard.press("d")
+    console.page.locator("#tables select").select_option("full")
+    listed = console.page.locator("#tables tbody th").all_inner_texts()
+    assert sorted(listed) == sorted(full)
+
+    console.page.locator("#tables [data-tab=robots]").click()
+    assert console.page.locator("#tables tbody tr").count() == 7
+    console.page.locator("#tables [data-tab=snapshots]").click()
+    assert console.page.locator("#tables tbody tr").count() == COUNT
+
+
+def test_the_health_of_the_picture_is_told_with_where_to_look_next(console: Desk) -> None:
+    assert console.says("#health-twice", "%")
+    assert console.says("#look-next", "rods")
+    before = picture(console)
+
+    console.page.keyboard.press("n")
+
+    assert eventually(lambda: picture(console) != before)
+
+
+def test_a_view_is_the_same_from_its_address(console: Desk, make_desk: Callable[..., Desk], still: FakeServer) -> None:
+    for key in ("l", "g", "r"):
+        console.page.keyboard.press(key)
+    other = make_desk()
+
+    other.open(still, console.page.evaluate("location.pathname + location.search"))
+    assert other.shows(COUNT)
+
+    assert other.page.locator("#layer").input_value() == "looks"
+    assert other.page.locator("#layer-grid").get_attribute("aria-pressed") == "true"
+    assert other.page.locator("#layer-rods").get_attribute("aria-pressed") == "false"
+
+
+def test_the_console_can_be_used_by_keys_alone(console: Desk, still: FakeServer) -> None:
+    page = console.page
+    seen = still.source.changes("s1", None).rods[0]["rod_id"]
+    page.keyboard.press("?")
+    assert console.says("#help", "Where to look next")
+    page.keyboard.press("Escape")
+    assert not page.locator("#help").is_visible()
+    page.keyboard.press("t")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    page.keyboard.press("t")
+    page.keyboard.press("/")
+    page.keyboard.type(seen)
+    page.keyboard.press("Enter")
+    assert console.says("#rod-panel", f"Rod {seen}")
+    assert eventually(lambda: page.locator(".evidence button").count())
+    page.locator("#rod-panel button[aria-label=Close]").focus()
+    page.keyboard.press("Tab")
+    page.keyboard.press("Enter")
+    assert page.locator(".evidence button[aria-pressed=true]").count() == 1
+    page.keyboard.press("Escape")
+    assert not page.locator("#rod-panel").is_visible()
+    before = picture(console)
+    page.keyboard.press("+")
+    page.wait_for_timeout(300)
+    assert picture(console) != before
+    page.keyboard.press("0")
+    assert eventually(lambda: picture(console) == before)
+    page.locator("#map").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(300)
+    assert picture(console) != before
+    page.keyboard.press("d")
+    assert page.locator("#tables").is_visible()
+    page.keyboard.press("Escape")
+    assert not page.locator("#tables").is_visible()
+    page.keyboard.press("i")
+    assert console.says("#home", "Pond 3")
