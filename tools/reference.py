@@ -45,7 +45,7 @@ def command_rows() -> Iterator[tuple[str, str, str]]:
     group = typer.main.get_command(cli.app)
     commands: dict[str, Any] = getattr(group, "commands", {})
     for name, command in sorted(commands.items()):
-        told = [_parameter(p) for p in command.params if p.name != "help"]
+        told = [_parameter(p) for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
         yield f"`pondwatch {name}`", ", ".join(told) or "none", _sentence(command.help or "")
 
 
