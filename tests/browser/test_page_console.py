@@ -33,9 +33,14 @@ def console(desk: Desk, still: FakeServer) -> Iterator[Desk]:
 
 
 def picture(desk: Desk) -> str:
-    """The map as it is drawn."""
-    desk.page.wait_for_timeout(150)
-    return str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()"))
+    """The map as it is drawn, once it rests."""
+    drawn = ""
+    for _ in range(20):
+        desk.page.wait_for_timeout(120)
+        last, drawn = drawn, str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()"))
+        if drawn == last:
+            break
+    return drawn
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,7 @@ def make_app(server: FakeServer) -> FastAPI:
 def _shows(server: FakeServer, rod_id: str, pose: dict[str, Any]) -> bool:
     assert server.movie
     rod = next(rod for rod in server.movie.pond.rods if rod.id == rod_id)
-    return abs(pose["x_m"] - rod.x_m) < 68 * SCALE_M and abs(pose["y_m"] - rod.y_m) < 43 * SCALE_M
+    return bool(abs(pose["x_m"] - rod.x_m) < 68 * SCALE_M and abs(pose["y_m"] - rod.y_m) < 43 * SCALE_M)
 
 
 def _evidence(pose: dict[str, Any]) -> dict[str, Any]:
