@@ -53,6 +53,8 @@ class Palette:
 
 def read_codes(image: Image, sites_px: Float, inner_px: float, outer_px: float, camera: Camera) -> Codes:
     """Sample the sectors of rods whose centres lie at (S, 2) px, image frame."""
+    if not len(sites_px):
+        return Codes(np.zeros((0, SECTORS, 3)), np.zeros((0, SECTORS), dtype=bool))
     smooth = cv2.GaussianBlur(image, (0, 0), 0.8).astype(np.float32)
     inner = _polar(sites_px, [k * inner_px for k in INNER_SHARES])
     ring = _polar(sites_px, [inner_px + k * (outer_px - inner_px) for k in ANNULUS_SHARES])

@@ -50,7 +50,7 @@ class Vocabulary:
         """(states.COUNT,): how frequent each state is; states not in use have a little."""
         prior = np.full(states.COUNT, 2e-4)
         prior[self.states] = np.maximum(self.prior, 2e-4)
-        return prior / prior.sum()
+        return np.asarray(prior / prior.sum())
 
     def looks(self, e: Evidence, theta_rad: float) -> Float:
         """(S, K): likelihood of what each site shows under each state, over its likelihood under the prior."""

@@ -143,7 +143,7 @@ def _fit(poses: Float, q: Float, found: RodsFound, layout: Layout) -> Float:
     """One least-squares fit of each pose to the rods that it matches; poses that match nothing stay."""
     at = _turn(poses, q)
     distance, index = layout.tree.query(at)
-    w = np.where(distance < 2 * MATCH * layout.pitch, found.support**2, 0.0)
+    w = np.where(distance < 2 * MATCH * layout.pitch, precision(found), 0.0)
     total = np.maximum(w.sum(axis=1, keepdims=True), 1e-12)
     target = layout.centres[index]
     mean_q = (w @ q) / total
@@ -157,6 +157,13 @@ def _fit(poses: Float, q: Float, found: RodsFound, layout: Layout) -> Float:
     xy = mean_t - np.stack([c * mean_q[:, 0] - s * mean_q[:, 1], s * mean_q[:, 0] + c * mean_q[:, 1]], axis=1)
     matched = (w.sum(axis=1) > 0)[:, None]
     return np.where(matched, np.column_stack([xy, theta]), poses)
+
+
+def precision(found: RodsFound) -> Float:
+    """Weight of each centre. An arc alone places a rod badly along its radius, so the share of the ring band in view
+    counts, and so does the response: a smeared maximum is a low one."""
+    sharp = np.clip((found.response / max(found.typical, 1e-6) - 0.5) / 0.4, 0.03, 1)
+    return np.asarray(np.clip((found.support - 0.3) / 0.5, 0.001, 1.0) ** 2 * sharp**2)
 
 
 def _distinct(poses: Float, pitch: float) -> Float:
@@ -191,7 +198,9 @@ def _geometry(poses: Float, centres_px: Float, real: Bool, found: RodsFound, lay
         return np.asarray(-ABSENT_NATS * missing)
     distance = layout.tree.query(_turn(poses, _metric(found.centres_px, camera)))[0]
     excess = np.clip((found.response / max(found.typical, 1e-6) - 0.45) / 0.35, 0, 1) * found.support
-    stray = (np.clip(distance / (MATCH * layout.pitch) - 1, 0, 1) * excess).sum(axis=1)
+    stray = (
+        np.clip((found.support - 0.3) / 0.2, 0, 1) * np.clip(distance / (MATCH * layout.pitch) - 1, 0, 1) * excess
+    ).sum(axis=1)
     return np.asarray(-ABSENT_NATS * (missing + stray))
 
 

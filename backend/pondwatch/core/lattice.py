@@ -19,7 +19,7 @@ from .frames import wrap_angle
 from .hypotheses import Reach, propose
 from .inference import Decision, Problem, decide
 from .noise import NoiseModel
-from .placing import Placed, Placing, looks_of
+from .placement import Placed, Placing, looks_of
 from .pond import Layout
 from .quality import judge
 from .refine import Profile
@@ -30,6 +30,7 @@ PLACED_ABOVE = 0.99  # probability
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 LIVE_RESTARTS, FULL_RESTARTS = 2, 24
 NOISE_ROUNDS = 3
+LOST_NATS = -4.0  # a place that is contradicted by this much may be none
 FAR_PLACES = 24  # kept when a snapshot is looked for in the whole pond
 
 
@@ -128,7 +129,7 @@ class LatticeCorrector:
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
             )
-            learned = noise.learned(errors, joint.trust, first, second)
+            learned = noise.learned(errors, joint.trust, first, second, _spread(evidence, joint))
             evidence, widened = self._look_further(evidence, joint, learned)
             settled = _similar(noise, learned) and not widened
             noise = learned
@@ -163,24 +164,18 @@ class LatticeCorrector:
         out, widened = [], False
         for i, e in enumerate(evidence):
             at = int(joint.decision.choice[i] - joint.problem.start[i])
-            lost = at >= len(e.places) or self._evidence_of(e, at, joint, state) < 0.0
+            lost = at >= len(e.places) or self._contradiction(e, at, joint, state) < LOST_NATS
             if lost and not e.far.any():
                 e = self._widened(e, joint, noise, state)
                 widened = widened or bool(e.far.any())
             out.append(e)
         return out, widened
 
-    def _evidence_of(self, e: Evidence, at: int, joint: Joint, state: Float) -> float:
-        """Nats for a place, from geometry and looks, over looks at unknown rods."""
-        table = dec.tabulate(
-            replace(e, places=e.places.take(np.array([at])), site=e.site[[at]]),
-            joint.vocabulary,
-            joint.noise,
-            self._setting,
-            self._turns,
-        )
-        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30))
-        return float(gain.sum() + e.places.geometry[at])
+    def _contradiction(self, e: Evidence, at: int, joint: Joint, state: Float) -> float:
+        """Nats against a place: its geometry, and its looks that contradict the rods as decided."""
+        one = replace(e, places=e.places.take(np.array([at])), far=e.far[[at]], site=e.site[[at]])
+        table = dec.tabulate(one, joint.vocabulary, joint.noise, self._setting, self._turns)
+        return float(np.minimum(_gains(table, state), 0).sum() + e.places.geometry[at])
 
     def _widened(self, e: Evidence, joint: Joint, noise: NoiseModel, state: Float) -> Evidence:
         full = gather(e.snapshot, noise.reach(self._pitch), self._setting)
@@ -193,7 +188,7 @@ class LatticeCorrector:
             self._setting,
         )
         table = dec.tabulate(wide, joint.vocabulary, noise, self._setting, self._turns)
-        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30))
+        gain = _gains(table, state)
         score = table.prior[:-1] + np.bincount(table.hypothesis, gain, len(everywhere))
         best = np.argsort(-score, kind="stable")[:FAR_PLACES]
         fresh = [h for h in np.sort(best) if not _known(everywhere.poses[h], full.places.poses, self._pitch)]
@@ -204,7 +199,7 @@ class LatticeCorrector:
         table = dec.tabulate(e, joint.vocabulary, joint.noise, self._setting, self._turns)
         assert self._log_state is not None
         state = np.exp(self._log_state)
-        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30))
+        gain = _gains(table, state)
         score = table.prior + np.bincount(table.hypothesis, gain, len(table.prior))
         weight = np.exp(score - score.max())
         best = int(np.argmax(score))
@@ -239,6 +234,23 @@ class LatticeCorrector:
         changed = tuple(r for r, before in zip(rods, self._rods, strict=True) if r != before)
         self._rods = rods
         return Correction(tuple(moved), changed, self.quality())
+
+
+def _gains(table: dec.Table, state: Float) -> Float:
+    """(E,): nats that each look speaks for its place, given what its rod is known to hold."""
+    return np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30))
+
+
+def _spread(evidence: list[Evidence], joint: Joint) -> tuple[Float, Float, Float]:
+    """Squared errors of every place within reach, m² and rad², and their beliefs."""
+    xy, theta, belief = [], [], []
+    for e, start in zip(evidence, joint.problem.start, strict=False):
+        near = np.flatnonzero(e.far == 0)
+        d = e.places.poses[near] - e.snapshot.pose_pond
+        xy.append((d[:, :2] ** 2).sum(axis=1))
+        theta.append(wrap_angle(d[:, 2]) ** 2)
+        belief.append(joint.decision.belief[start + near])
+    return np.concatenate(xy), np.concatenate(theta), np.concatenate(belief)
 
 
 def _similar(a: NoiseModel, b: NoiseModel) -> bool:

@@ -59,18 +59,22 @@ class NoiseModel:
         density = -(wrap_angle(delta) ** 2) / (2 * self.sigma_theta_rad**2)
         return np.asarray(density + min(0.0, np.log(sector / (np.sqrt(2 * np.pi) * self.sigma_theta_rad))))
 
-    def learned(self, errors: Float, trust: Float, first: Int, second: Int) -> NoiseModel:
+    def learned(
+        self, errors: Float, trust: Float, first: Int, second: Int, spread: tuple[Float, Float, Float]
+    ) -> NoiseModel:
         """The noise that decided snapshots show.
 
         Args:
             errors: (N, 3), noisy minus corrected. trust: (N,), probability that the correction is right.
             first, second: (T,), consecutive snapshots of one robot.
+            spread: squared errors of all places (H,), m², (H,), rad², and their beliefs (H,). Doubtful snapshots count
+                by all their places: the nearest place alone would make the noise too small.
         """
         sure = trust > 0.95
-        if sure.sum() < 12:
+        if len(errors) < 12 or not len(spread[0]):
             return self
         e = np.column_stack([errors[:, :2], wrap_angle(errors[:, 2])])
-        sigma, sigma_theta = _robust_sigma(e[sure, :2].ravel()), _robust_sigma(e[sure, 2])
+        sigma, sigma_theta = _weighted_sigma(spread[0] / 2, spread[2]), _weighted_sigma(spread[1], spread[2])
         gross = np.hypot(e[:, 0], e[:, 1]) > 4.5 * sigma
         share = (float((gross & sure).sum()) + 1) / (float(sure.sum()) + 50)
         both = sure[first] & sure[second] & ~gross[first] & ~gross[second] if len(first) else np.zeros(0, bool)
@@ -78,11 +82,15 @@ class NoiseModel:
         return NoiseModel(sigma, max(sigma_theta, 0.003), float(np.clip(share, 0.002, 0.3)), rho)
 
 
-def _robust_sigma(x: Float) -> float:
-    """Standard deviation about zero, of what lies within four of it (found from the median first)."""
-    sigma = 1.4826 * float(np.median(np.abs(x))) + 1e-12
-    inner = np.abs(x) < 4 * sigma
-    return float(np.sqrt(np.mean(x[inner] ** 2))) + 1e-9
+def _weighted_sigma(square: Float, weight: Float) -> float:
+    """Root of a weighted mean of squares, of what lies within four of it, from the weighted median outwards."""
+    order = np.argsort(square)
+    mass = np.cumsum(weight[order])
+    sigma2 = 2.2 * float(square[order][np.searchsorted(mass, 0.5 * mass[-1])]) + 1e-18
+    for _ in range(3):
+        inner = square < 16 * sigma2
+        sigma2 = float((weight * square)[inner].sum() / max(weight[inner].sum(), 1e-12)) + 1e-18
+    return float(np.sqrt(sigma2))
 
 
 def _correlation(a: Float, b: Float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .noise import UNKNOWN_HEADING, NoiseModel
-from .placing import Placed
+from .placement import Placed
 from .values import Camera, CorrectedPose, Quality, Status
 
 

@@ -13,28 +13,35 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eigh
 
 from .values import Bool, Float, Float32, Int
 
 BIN_PX = 0.5
-FLOOR_PX = 0.004  # of a pose: interpolation and rendering, below which no covariance is believed
+FLOOR_PX = 0.006  # of a pose: interpolation and rendering, below which no covariance is believed
 HOLLOW, FILLED, OTHER = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """What rods look like along their radius. value: (2, B), at radii k BIN_PX, for hollow and filled rods; inner_px:
-    rods of neither kind are compared outside of 1.15 inner radii only. reach_px: compared up to here."""
+    """What rods look like along their radius. value: (2, B), at radii k BIN_PX, for hollow and filled rods; outside_px:
+    rods of neither kind are compared beyond it only, where the two agree. reach_px: compared up to here. axis: (3,), the
+    weights of the colour channels that the profile is of."""
 
     value: Float
     slope: Float
-    inner_px: float
+    outside_px: float
     reach_px: float
+    axis: Float
 
     @classmethod
-    def of(cls, value: Float, inner_px: float, reach_px: float) -> Profile:
-        """With the slope by central differences."""
-        return cls(value, np.gradient(value, BIN_PX, axis=1), inner_px, reach_px)
+    def of(cls, value: Float, inner_px: float, reach_px: float, axis: Float) -> Profile:
+        """With the slope by central differences, and the radius from which hollow and filled rods look the same."""
+        contrast = float(np.ptp(value)) + 1e-9
+        radii = np.arange(value.shape[1]) * BIN_PX
+        apart = (np.abs(value[0] - value[1]) > 0.06 * contrast) & (radii < reach_px - 3)
+        outside = float(radii[apart].max(initial=0.0)) + 1.0
+        return cls(value, np.gradient(value, BIN_PX, axis=1), max(outside, 1.15 * inner_px), reach_px, axis)
 
     def at(self, r_px: Float, kind: Int) -> tuple[Float, Float]:
         """Value and slope at radii (K, P) for rods of kinds (K,)."""
@@ -61,13 +68,14 @@ class Patches:
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """pose: (3,): centre u, v offset px and angle rad, as a motion of the image. normal: (3, 3), per unit variance.
-    variance: of the residual. disagreement: how much the rods' own gradients exceed what white noise gives."""
+    variance: of the residual. disagreement: how much the rods' own gradients exceed what white noise gives. whole: how
+    many rods' worth of pixels were compared."""
 
     shift: Float
     normal: Float
     variance: float
     disagreement: float
-    pixels: int
+    whole: float
 
 
 def cut(grey: Float32, centres_px: Float, kind: Int, reach_px: float) -> Patches:
@@ -84,7 +92,7 @@ def cut(grey: Float32, centres_px: Float, kind: Int, reach_px: float) -> Patches
 
 
 def learn_profile(
-    patches: list[tuple[Patches, Float]], inner_px: float, reach_px: float, before: Profile | None = None
+    patches: list[tuple[Patches, Float]], inner_px: float, reach_px: float, axis: Float, before: Profile | None = None
 ) -> Profile:
     """The radial profile of a session's rods.
 
@@ -109,7 +117,7 @@ def learn_profile(
     shared = total.sum(axis=0) / np.maximum(weight.sum(axis=0), 1e-9)
     value = np.where(weight[:2] > 3, total[:2] / np.maximum(weight[:2], 1e-9), shared)
     value = np.where(outer & (weight[:2] < 30), shared, value)
-    return Profile.of(value, inner_px, reach_px)
+    return Profile.of(value, inner_px, reach_px, axis)
 
 
 def _levelled(p: Patches, r: Float, ok: Bool, before: Profile | None) -> Float:
@@ -120,7 +128,7 @@ def _levelled(p: Patches, r: Float, ok: Bool, before: Profile | None) -> Float:
     if before is None:
         return p.value
     t, _ = before.at(r, p.kind)
-    w = w * ((p.kind != OTHER)[:, None] | (r > 1.15 * before.inner_px))
+    w = w * ((p.kind != OTHER)[:, None] | (r > before.outside_px))
     n = np.maximum(w.sum(axis=1, keepdims=True), 1)
     mean = (w * p.value).sum(axis=1, keepdims=True) / n
     mean_t = (w * t).sum(axis=1, keepdims=True) / n
@@ -128,6 +136,30 @@ def _levelled(p: Patches, r: Float, ok: Bool, before: Profile | None) -> Float:
     gain = (w * (p.value - mean) * (t - mean_t)).sum(axis=1, keepdims=True) / np.maximum(spread, 1e-9)
     gain = np.where(gain > 0.05, gain, 1.0)
     return np.asarray((p.value - mean) / gain + mean_t)
+
+
+def contrast_axis(samples: list[tuple[Float, Float]]) -> Float:
+    """The weights of the colour channels that show rods best against everything else (Fisher's discriminant).
+
+    What differs from ring to ring is signal; what differs within a ring, light that wanders over the floor above all,
+    is noise. In water that flickers in brightness this finds the contrast of hue.
+
+    Args:
+        samples: of each snapshot, pixels (N, 3), each rod's mean taken out, and their radii (N,), px.
+
+    Returns:
+        (3,), of unit length.
+    """
+    pixels = np.concatenate([p for p, _ in samples])
+    ring = np.concatenate([r for _, r in samples]).astype(np.int64)
+    count = np.bincount(ring)
+    means = np.stack([np.bincount(ring, pixels[:, k]) for k in range(3)], axis=1) / np.maximum(count, 1)[:, None]
+    steps = np.diff(means[count > 30], axis=0)
+    within = pixels - means[ring]
+    noise = within.T @ within / max(len(pixels), 1) + np.eye(3)
+    values, vectors = eigh(steps.T @ steps, noise)
+    axis = vectors[:, int(np.argmax(values))]
+    return np.asarray(axis / np.linalg.norm(axis) * (np.sign(axis.sum()) or 1.0))
 
 
 def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterations: int = 3) -> Fit:
@@ -152,7 +184,7 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
             residual = columns[..., 7] - np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
             robust = weight / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
     disagreement = _disagreement(solved.gradients, solved.per_rod, solved.normal, solved.variance)
-    return Fit(motion, solved.normal, solved.variance, disagreement, count)
+    return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / (np.pi * profile.reach_px**2)))
 
 
 def design(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> Float:
@@ -206,7 +238,7 @@ def _window(p: Patches, centres_px: Float, profile: Profile) -> Float:
     """(K, P): 1 where a pixel is compared, falling to 0 over the last two pixels of the reach."""
     r = np.hypot(p.u - centres_px[:, :1], p.v - centres_px[:, 1:])
     w = np.clip((profile.reach_px - r) / 2, 0, 1) * p.inside
-    inner = (p.kind == OTHER)[:, None] & (r < 1.15 * profile.inner_px)
+    inner = (p.kind == OTHER)[:, None] & (r < profile.outside_px)
     return np.where(inner, 0.0, w)
 
 

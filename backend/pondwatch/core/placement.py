@@ -1,0 +1,225 @@
+"""A decided place to a refined pose with its covariance, and to looks at rods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import states
+from .codes import SECTORS, Palette, read_codes
+from .decision import Vocabulary
+from .evidence import Evidence, Setting
+from .fill import Looks, to_pond, wholly_in_view
+from .frames import centre_px, image_to_pond, pond_to_image
+from .hypotheses import precision
+from .noise import NoiseModel
+from .observe import RodsFound
+from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
+from .values import Camera, CorrectedPose, Float, Int, Status
+
+TEACHERS = 56  # snapshots that the profile is learned from
+STRAY_PX = 2.5  # a refinement that moves further than this is not believed
+ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
+UNFITTED_TRUST = 0.9  # of its place, at most
+ROUGH_RAD = 0.01
+SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
+TURNS_RAD = tuple(0.04 * k for k in (0, 1, -1, 2, -2, 3, -3, 4, -4))
+MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snapshot does not show in their spread
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """A snapshot at its place. pose: (3,) or None. covariance: (3, 3), m and rad. trust: probability of the place.
+    rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual_px: rms, or NaN."""
+
+    evidence: Evidence
+    pose: Float | None
+    covariance: Float | None
+    trust: float
+    rods: Int
+    ratio: Float
+    residual: float
+
+
+class Placing:
+    """Refinement in one setting."""
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+        self._reach_px = min(
+            1.15 * setting.band.outer_px, 0.49 * setting.layout.pitch / setting.camera.metres_per_pixel
+        )
+
+    def kinds(self, vocabulary: Vocabulary, state: Float) -> Int:
+        """(R,): which profile each rod follows."""
+        kind = np.full(len(state), OTHER, dtype=np.int64)
+        kind[state[:, list(vocabulary.states).index(states.EMPTY)] > 0.9] = HOLLOW
+        kind[state[:, list(vocabulary.states).index(states.FULL)] > 0.9] = FILLED
+        return kind
+
+    def learn(
+        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int
+    ) -> Profile | None:
+        """The radial profile, from the snapshots that are surest and spread evenly, in three rounds."""
+        sure = [i for i in range(len(poses)) if poses[i] is not None and trust[i] > 0.9]
+        if not sure:
+            sure = [i for i in range(len(poses)) if poses[i] is not None]
+        if not sure:
+            return None
+        chosen = [sure[k] for k in np.unique(np.linspace(0, len(sure) - 1, TEACHERS).round().astype(int))]
+        first = {i: _required(poses[i]) for i in chosen}
+        hue = contrast_axis([self._rings(evidence[i], first[i]) for i in chosen])
+        lessons = [self._teach(evidence, first, kinds, axis) for axis in (np.full(3, 1 / np.sqrt(3)), hue)]
+        return min(lessons, key=lambda lesson: lesson[1])[0]
+
+    def _teach(
+        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float
+    ) -> tuple[Profile, float]:
+        """The profile through some channel weights, and how uncertain poses by it are (median variance, px²)."""
+        taught, about = dict(first), centre_px(self._setting.camera)
+        profile: Profile | None = None
+        uncertainty: list[float] = []
+        for _ in range(3):
+            data = {i: self._cut(evidence[i], taught[i], kinds, axis) for i in taught}
+            profile = learn_profile(list(data.values()), self._setting.band.inner_px, self._reach_px, axis, profile)
+            uncertainty = []
+            for i, (patches, centres) in data.items():
+                result = fit(patches, centres, about, profile, 2)
+                taught[i] = self._moved(taught[i], result.shift)
+                covariance = result.variance * max(1.0, result.disagreement) * np.linalg.inv(result.normal)
+                uncertainty.append(float(covariance[0, 0] + covariance[1, 1]))
+        return _required_profile(profile), float(np.median(uncertainty))
+
+    def place(self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None) -> Placed:
+        """Refine a pose; where the pixels do not bear it, keep that of the rod centres and say so."""
+        if pose is None:
+            return Placed(e, None, None, trust, np.zeros(0, np.int64), np.zeros((0, SECTORS, 3)), float("nan"))
+        m = self._setting.camera.metres_per_pixel
+        rough = np.diag([(ROUGH_PX * m) ** 2, (ROUGH_PX * m) ** 2, ROUGH_RAD**2])
+        refined, covariance, residual, fitted = pose, rough, float("nan"), False
+        best = self._best_fit(e, pose, kinds, profile) if profile is not None else None
+        if best is not None:
+            refined, result = best
+            inflation = MODEL_INFLATION * max(1.0, result.disagreement) * (1 + 2 / result.whole)
+            covariance = self._covariance(result.normal, inflation * result.variance, refined[2])
+            residual, fitted = float(np.sqrt(result.variance)), True
+        trust = trust if fitted else min(trust, UNFITTED_TRUST)
+        rods, ratio = self._looks(e, refined)
+        return Placed(e, refined, covariance, trust, rods, ratio, residual)
+
+    def _best_fit(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> tuple[Float, Fit] | None:
+        """The fit with the least residual, of one start where the rods found fix the heading, of several where not."""
+        about, found = centre_px(self._setting.camera), []
+        for start in starts(pose, e.found, self._setting.camera):
+            patches, centres = self._cut(e, start, kinds, profile.axis)
+            if not len(centres):
+                continue
+            result = fit(patches, centres, about, profile, 4)
+            if np.hypot(*result.shift[:2]) < STRAY_PX and np.linalg.cond(result.normal) < 1e9:
+                found.append((self._moved(start, result.shift), result))
+        return min(found, key=lambda f: f[1].variance) if found else None
+
+    def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
+        """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""
+        key = p.evidence.snapshot.key
+        odds = float(np.log(max(p.trust, 1e-12)) - np.log(max(1 - p.trust, 1e-12)))
+        wide = np.diag([noise.sigma_xy_m**2, noise.sigma_xy_m**2, noise.sigma_theta_rad**2])
+        if p.pose is None or p.covariance is None:
+            return CorrectedPose(key, p.evidence.snapshot.pose_pond, wide, Status.UNCERTAIN, min(odds, 0.0))
+        if p.trust > threshold:
+            return CorrectedPose(key, p.pose, p.covariance, Status.PLACED, odds)
+        return CorrectedPose(key, p.pose, p.covariance + (1 - p.trust) * wide, Status.UNCERTAIN, odds)
+
+    def _cut(self, e: Evidence, pose: Float, kinds: Int, axis: Float) -> tuple[Patches, Float]:
+        """The pixels around the rods in view, through the channel weights `axis`, and where the pose puts the rods."""
+        camera, reach = self._setting.camera, self._reach_px
+        near = self._setting.layout.tree.query_ball_point(
+            pose[:2], (np.hypot(camera.width_px, camera.height_px) / 2 + reach) * camera.metres_per_pixel
+        )
+        rods = np.array(sorted(near), dtype=np.int64)
+        centres = pond_to_image(self._setting.layout.centres[rods], pose, camera)
+        size = np.array([camera.width_px, camera.height_px])
+        seen = ((centres > -0.6 * reach) & (centres < size - 1 + 0.6 * reach)).all(axis=-1)
+        grey = np.asarray(e.snapshot.image @ axis.astype(np.float32), dtype=np.float32)
+        return cut(grey, centres[seen], kinds[rods[seen]], reach), centres[seen]
+
+    def _rings(self, e: Evidence, pose: Float) -> tuple[Float, Float]:
+        """The pixels of all rods in view, each rod's mean taken out, and their radii, for `contrast_axis`."""
+        parts = []
+        for channel in np.eye(3):
+            p, centres = self._cut(e, pose, np.zeros(len(self._setting.layout.ids), np.int64), channel)
+            mean = (p.value * p.inside).sum(axis=1) / np.maximum(p.inside.sum(axis=1), 1)
+            parts.append((p.value - mean[:, None])[p.inside])
+        r = np.hypot(p.u - centres[:, :1], p.v - centres[:, 1:])[p.inside]
+        outer = r > 1.15 * self._setting.band.inner_px
+        return np.stack(parts, axis=1)[outer], r[outer]
+
+    def _looks(self, e: Evidence, pose: Float) -> tuple[Int, Float]:
+        camera, band = self._setting.camera, self._setting.band
+        near = np.array(
+            sorted(
+                self._setting.layout.tree.query_ball_point(
+                    pose[:2], np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
+                )
+            ),
+            dtype=np.int64,
+        )
+        centres = pond_to_image(self._setting.layout.centres[near], pose, camera)
+        whole = wholly_in_view(centres, band.outer_px, camera.width_px, camera.height_px)
+        codes = read_codes(e.snapshot.image, centres[whole], band.inner_px, band.outer_px, camera)
+        return near[whole], codes.ratio
+
+    def _moved(self, pose: Float, shift: Float) -> Float:
+        """The pose after its rods moved by (du, dv) and turned by shift[2], u towards v, in the image."""
+        m = self._setting.camera.metres_per_pixel
+        theta = pose[2] + shift[2]
+        a, b = -shift[0] * m, shift[1] * m
+        c, s = np.cos(theta), np.sin(theta)
+        return np.array([pose[0] + c * a - s * b, pose[1] + s * a + c * b, theta])
+
+    def _covariance(self, normal: Float, variance: float, theta: float) -> Float:
+        m = self._setting.camera.metres_per_pixel
+        c, s = np.cos(theta), np.sin(theta)
+        to_pond = np.array([[-c * m, -s * m, 0], [-s * m, c * m, 0], [0, 0, 1]])
+        arm = 0.5 * np.hypot(self._setting.camera.width_px, self._setting.camera.height_px)
+        floor = np.diag([(FLOOR_PX * m) ** 2, (FLOOR_PX * m) ** 2, (FLOOR_PX / arm) ** 2])
+        return np.asarray(to_pond @ (variance * np.linalg.inv(normal)) @ to_pond.T + floor)
+
+
+def looks_of(placed: Sequence[Placed], setting: Setting, palette: Palette | None = None) -> Looks:
+    """All looks at whole rods by snapshots that have a place."""
+    with_pose = [p for p in placed if p.pose is not None and len(p.rods)] if palette else []
+    if not with_pose or palette is None:
+        return Looks(np.zeros(0, np.int64), np.zeros((0, SECTORS)), np.zeros(0))
+    theta = np.concatenate([np.full(len(p.rods), _required(p.pose)[2]) for p in with_pose])
+    share = palette.share(np.concatenate([p.ratio for p in with_pose]))
+    trust = np.concatenate([np.full(len(p.rods), p.trust) for p in with_pose])
+    return Looks(np.concatenate([p.rods for p in with_pose]), to_pond(share, theta), trust)
+
+
+def starts(pose: Float, found: RodsFound, camera: Camera) -> list[Float]:
+    """Poses to refine from. One, where two rods or more were found precisely; where one, turned about it as well."""
+    weight = precision(found)
+    if len(weight) == 0 or weight.sum() - weight.max() > SECOND_ROD:
+        return [pose]
+    pivot = image_to_pond(found.centres_px[int(np.argmax(weight))], pose, camera)
+    out = []
+    for turn in TURNS_RAD:
+        c, s = np.cos(turn), np.sin(turn)
+        d = pose[:2] - pivot
+        out.append(np.array([pivot[0] + c * d[0] - s * d[1], pivot[1] + s * d[0] + c * d[1], pose[2] + turn]))
+    return out
+
+
+def _required_profile(profile: Profile | None) -> Profile:
+    if profile is None:
+        raise ValueError("a profile is needed here")
+    return profile
+
+
+def _required(pose: Float | None) -> Float:
+    if pose is None:
+        raise ValueError("a pose is needed here")
+    return pose
