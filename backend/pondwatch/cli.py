@@ -82,7 +82,7 @@ def demo(
     data: Data = None,
     host: Host = None,
     port: Port = None,
-    snapshots: Annotated[int, typer.Option(help="Snapshots of the demo inspection.")] = 800,
+    snapshots: Annotated[int, typer.Option(help="Snapshots of the demo inspection.")] = 600,
     rate: Rate = 20.0,
 ) -> None:
     """Run the server, and a simulated inspection that uploads to it from a process of its own."""
@@ -213,7 +213,11 @@ def _send(uploader: Uploader, session: str, items: Iterable[Item], count: int, r
             bar.advance(task)
     print(f"{stored} stored, {repeated} there before, {refused} refused")
     if finish:
-        print(uploader.finish(session).get("state", ""))
+        state = uploader.finish(session).get("state")
+        print(state)
+        if state == "failed":
+            print(f"pondwatch: the last correction of session {session} failed; see its jobs.", file=sys.stderr)
+            raise typer.Exit(1)
 
 
 def _settings(data: Path | None, host: str | None, port: int | None) -> Settings:
