@@ -9,30 +9,22 @@ instead of pair by pair, is what keeps look-alike places apart: the evidence of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
 
 from . import posegraph as se2
-from .registration import HALF, Fit, Place, View, Whitener, draw_map, refine, search
-from .values import Bool, Float, Float32, Int
+from .placing import LEAST_REACH, REACH_SIGMAS, SURE_NATS, Neighbours, Placer, mean_pose
+from .registration import Fit, View
+from .values import Bool, Float, Int
 
-CHANCE_NATS = 12.0  # what the best of some 100,000 wrong places scores on noise
-SURE_NATS = 9.0  # odds above which a place is taken for settled
-FIRST_SURE_NATS = 40.0  # while it is not yet known how well two pictures of one floor agree
-FIRST_EDGES = 12
-LEAST_AGREEMENT = 0.12  # of atanh(rho): how far true fits scatter at the least
-AGREEMENT_SIGMAS = 5.0
-SAME_PLACE_PX = 3.0
-REACH_SIGMAS = 3.5
-LEAST_REACH = 0.25  # of a snapshot's width: the claimed noise may be too small
-LEAST_TURN_RAD = 0.2
+FIRST_SEARCHES = 10  # that cannot be right, before any place is believed
+MORE_SEARCHES = 40  # on a floor that repeats
+REPEATS = 4.0
+SURE_STEPS = ((1.0, SURE_NATS + 4), (1.0, SURE_NATS), (1.0, 6.0), (2.0, SURE_NATS), (1.0, 4.0))  # widening, odds
 MAP_VIEWS = 40
 GROUPS_TRIED = 3
-EDGES_PER_VIEW = 6
-LEAST_SHARED = 0.08
+SIGMA_RANGE = 4.0  # how many times too small or too great the claimed noise may be
 SIGMA_STRENGTH = 6.0  # the claimed noise counts as so many snapshots'
 
 
@@ -63,8 +55,7 @@ class Atlas:
         self.odds = np.zeros(0)
         self.precision = np.zeros((0, 3, 3))
         self.frame_slack_px = 0.0
-        self.first_sure_nats = FIRST_SURE_NATS
-        self._whiteners: dict[int, Whitener] = {}
+        self.placer = Placer(size_px)
 
     def __len__(self) -> int:
         return len(self.views)
@@ -78,6 +69,7 @@ class Atlas:
         self.group = np.append(self.group, number)
         self.odds = np.append(self.odds, 0.0)
         self.precision = np.concatenate([self.precision, np.zeros((1, 3, 3))])
+        self.placer.floor = Neighbours(self.views, self.priors)
         return number
 
     def members(self, group: int) -> Int:
@@ -98,15 +90,27 @@ class Atlas:
         self.precision = np.zeros((count, 3, 3))
         self.sigmas = self.claimed.copy()
         closeness = self._closeness(np.arange(count))
+        self._learn_pairs(closeness)
         support = closeness.sum(axis=1)
         settled = np.zeros(count, dtype=bool)
         while not settled.all():
             seed = int(np.argmax(np.where(settled, -1.0, support)))
             settled[seed] = True
-            for widening, self.first_sure_nats in ((1.0, FIRST_SURE_NATS), (1.0, SURE_NATS), (2.0, SURE_NATS)):
-                self._spread(settled, closeness, widening)
+            for widening, sure in SURE_STEPS:
+                self._spread(settled, closeness, sure, widening)
 
-    def _spread(self, settled: Bool, closeness: Float, widening: float) -> None:
+    def _learn_pairs(self, closeness: Float) -> None:
+        """Learn how well true and wrong pairs agree, from pairs that lie close by their noisy poses."""
+        for number in range(0, len(self), max(1, len(self) // MORE_SEARCHES)):
+            self.learn_floor(number)
+        nearest = closeness.argmax(axis=1)
+        best = np.argsort(-closeness.max(axis=1), kind="stable")
+        for number in best[: 4 * FIRST_SEARCHES : 2].tolist():
+            if closeness[number, nearest[number]] == 0 or self.placer.agreement.true_fits() is not None:
+                break
+            self._against(number, nearest[number : number + 1], int(self.group[nearest[number]]), np.inf, 1.0)
+
+    def _spread(self, settled: Bool, closeness: Float, sure: float, widening: float) -> None:
         tried_at = np.full(len(self), -1.0)
         while True:
             backing = closeness[:, settled].sum(axis=1)
@@ -115,7 +119,7 @@ class Atlas:
                 return
             number = int(np.argmax(np.where(ready, backing, -1.0)))
             tried_at[number] = backing[number]
-            settled[number] = self.place(number, settled, widening)
+            settled[number] = self.place(number, settled, sure, widening)
 
     def _closeness(self, numbers: Int) -> Float:
         """(N, N): about which share of floor two snapshots have in common, by their noisy poses."""
@@ -125,132 +129,55 @@ class Atlas:
         np.fill_diagonal(near, 0.0)
         return np.where(near > 0.02, near, 0.0)
 
-    def place(self, number: int, among: Bool, widening: float = 1.0) -> bool:
+    def place(self, number: int, among: Bool, sure: float = SURE_NATS, widening: float = 1.0) -> bool:
         """Join a snapshot to the groups that its picture fits; True where it fits one.
 
-        among: (N,), the snapshots that may be joined.
+        among: (N,), the snapshots that may be joined. sure: the least log-odds. widening: of the reach.
         """
         near = self._near(number, among, widening)
         near = near[self.group[near] != self.group[number]]
         groups, first, sizes = np.unique(self.group[near], return_index=True, return_counts=True)
         joined = False
         for group in groups[np.lexsort((first, -sizes))][:GROUPS_TRIED]:
-            fits, odds = self._against(number, near[self.group[near] == group], int(group), widening)
+            fits, odds = self._against(number, near[self.group[near] == group], int(group), sure, widening)
             if fits:
                 self.odds[number] = max(odds, self.odds[number])
                 self._join(number, fits)
                 joined = True
         return joined
 
-    def _reach(self, widening: float) -> float:
-        return float(max(REACH_SIGMAS * self.sigmas[0], LEAST_REACH * self.size_px[0]) * widening)
-
     def _near(self, number: int, among: Bool, widening: float) -> Int:
         candidates = np.flatnonzero(among)
         apart = np.hypot(*(self.poses[candidates, :2] - self.poses[number, :2]).T)
-        limit = 0.85 * np.mean(self.size_px) + self._reach(widening)
+        reach = max(REACH_SIGMAS * self.sigmas[0] * widening, LEAST_REACH * self.size_px[0])
+        limit = 0.85 * np.mean(self.size_px) + reach
         order = np.lexsort((candidates, apart))
         near = candidates[order[apart[order] < limit]][:MAP_VIEWS]
         return near[near != number]
 
-    def _against(self, number: int, near: Int, group: int, widening: float) -> tuple[list[Edge], float]:
+    def _against(self, number: int, near: Int, group: int, sure: float, widening: float) -> tuple[list[Edge], float]:
         """The fits to a group's snapshots near it, and the odds of the place; no fits where none stands out."""
-        guess = self.poses[number]
-        members = len(self.members(group))
-        own = len(self.members(int(self.group[number])))
-        sigmas = self.sigmas * np.sqrt(1 / own + 1 / members)
-        reach = max(REACH_SIGMAS * sigmas[0], LEAST_REACH * self.size_px[0]) * widening
-        turn = max(REACH_SIGMAS * sigmas[2], LEAST_TURN_RAD) * widening
-        size = fft.next_fast_len(int((np.hypot(*self.size_px) + 2 * reach) / HALF) + 4, real=True)
-        size += size % 2
-        local = draw_map([self.views[n] for n in near], self.poses[near], guess[:2], size)
-        places = search(self.views[number], local, self._gain(size), guess, sigmas, reach, turn)
-        odds = margin(places)
-        if odds < (SURE_NATS if len(self.edges) >= FIRST_EDGES else self.first_sure_nats):
-            return [], odds
-        return self._fits(number, near, places[0].pose), odds
+        alone, together = (len(self.members(g)) for g in (int(self.group[number]), group))
+        sigmas = self.sigmas * np.sqrt(1 / alone + 1 / together)
+        among = self._neighbours(near)
+        decision = self.placer.decide(self.views[number], self.poses[number], sigmas, among, sure, widening)
+        return [Edge(int(near[n]), number, fit) for n, fit in decision.fits], decision.odds
 
-    def _gain(self, size: int) -> Float32:
-        whitener = self._whiteners.get(size)
-        if whitener is None:
-            whitener = self._whiteners[size] = Whitener(size)
-            chosen = range(0, len(self), max(1, len(self) // 60))
-            for n in chosen:
-                whitener.learn(self.views[n], self.poses[n, 2])
-        return whitener.gain()
+    def _neighbours(self, numbers: Int) -> Neighbours:
+        return Neighbours([self.views[n] for n in numbers], self.poses[numbers])
 
-    def _fits(self, number: int, near: Int, pose: Float) -> list[Edge]:
-        """Refine a place against the neighbours that share most with it; each fit starts where the last ended.
-
-        None where more of what they share contradicts the place than bears it out.
-        """
-        shared = self.shared(pose, near)
-        order = np.lexsort((near, -shared))[: EDGES_PER_VIEW + 2]
-        least = self._least_agreement()
-        edges: list[Edge] = []
-        against = 0.0
-        for k in order[shared[order] >= LEAST_SHARED]:
-            tail = int(near[k])
-            fit = refine(self.views[tail], self.views[number], se2.between(self.poses[tail], pose))
-            if fit is None or fit.nats < CHANCE_NATS or np.arctanh(min(fit.rho, 0.9999)) < least:
-                against += float(shared[k])
-                continue
-            edges.append(Edge(tail, number, fit))
-            pose = self._mean_pose(edges)[0]
-            if len(edges) == EDGES_PER_VIEW:
-                break
-        agreeing = self._agreeing(edges)
-        borne_out = sum(e.fit.shared_px for e in agreeing) / np.prod(self.size_px)
-        against += sum(e.fit.shared_px for e in edges if e not in agreeing) / np.prod(self.size_px)
-        return agreeing if borne_out > 2 * against else []
-
-    def _least_agreement(self) -> float:
-        """atanh(rho) that a fit must reach to be like those known; far below 0 while too few are known."""
-        if len(self.edges) < FIRST_EDGES:
-            return -np.inf
-        known = np.arctanh(np.minimum([e.fit.rho for e in self.edges[-300:]], 0.9999))
-        middle = float(np.median(known))
-        scatter = float(np.median(np.abs(known - middle))) / 0.6745
-        return middle - AGREEMENT_SIGMAS * max(scatter, LEAST_AGREEMENT)
-
-    def _agreeing(self, edges: list[Edge]) -> list[Edge]:
-        """The edges that name the place most of the evidence names."""
-        if not edges:
-            return []
-        said = np.array([se2.compose(self.poses[e.tail], e.fit.relative) for e in edges])
-        apart = np.hypot(*(said[:, None, :2] - said[None, :, :2]).transpose(2, 0, 1))
-        same = apart < SAME_PLACE_PX
-        best = int(np.argmax(same @ np.array([e.fit.nats for e in edges])))
-        return [e for e, keep in zip(edges, same[best], strict=True) if keep]
-
-    def shared(self, pose: Float, others: Int) -> Float:
-        """(len(others),): the share of a snapshot at `pose` that each of the others sees."""
-        width, height = self.size_px
-        u, v = (np.linspace(-0.5 + 0.5 / n, 0.5 - 0.5 / n, n) for n in (9, 7))
-        grid = np.stack(np.meshgrid(u * width, v * height), axis=-1).reshape(-1, 2)
-        floor = pose[:2] + se2.rotate(pose[2], grid)
-        poses = self.poses[others]
-        seen = se2.rotate(-poses[:, 2:], floor[None] - poses[:, None, :2])
-        return np.asarray((np.abs(seen) < np.array([width, height]) / 2).all(axis=-1).mean(axis=1))
-
-    def _mean_pose(self, edges: Sequence[Edge]) -> tuple[Float, Float]:
-        """Where a snapshot lies by its edges to placed ones, (3,), and each edge's information there, (E, 3, 3)."""
-        tails = self.poses[[e.tail for e in edges]]
-        said = se2.compose(tails, np.array([e.fit.relative for e in edges]))
-        turn = np.zeros((len(edges), 3, 3))
-        turn[:, 2, 2] = 1
-        c, s = np.cos(tails[:, 2]), np.sin(tails[:, 2])
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1] = c, -s, s, c
-        weight = turn @ np.array([e.fit.information for e in edges]) @ turn.transpose(0, 2, 1)
-        apart = said - said[0]
-        apart[:, 2] = (apart[:, 2] + np.pi) % (2 * np.pi) - np.pi
-        return said[0] + np.linalg.solve(weight.sum(axis=0), (weight @ apart[..., None]).sum(axis=0))[:, 0], weight
+    def learn_floor(self, number: int) -> None:
+        """Learn from this snapshot how much the floor repeats, while that is not known well enough."""
+        known = self.placer.agreement
+        wanted = MORE_SEARCHES if known.repeats > REPEATS else FIRST_SEARCHES
+        if number and known.searches < wanted:
+            self.placer.learn_wrong(self.views[number], self.views[number - 1], float(self.poses[number, 2]))
 
     def _join(self, number: int, edges: list[Edge]) -> None:
         """Carry the smaller group to where the edges say, and make one group of the two."""
         own, other = int(self.group[number]), int(self.group[edges[0].tail])
         here, there = self.members(own), self.members(other)
-        pose, weight = self._mean_pose(edges)
+        pose, weight = mean_pose(Neighbours(self.views, self.poses), [(e.tail, e.fit) for e in edges])
         np.add.at(self.precision, [number] * len(edges), weight)
         np.add.at(self.precision, [e.tail for e in edges], weight)
         motion = se2.compose(pose, se2.inverse(self.poses[number]))
@@ -296,7 +223,7 @@ class Atlas:
         phi = np.median(residuals[:, 2]) / 0.6745
         found = np.array([xy, xy, phi]) * np.sqrt(len(members) / count)
         blend = (SIGMA_STRENGTH * self.claimed**2 + count * found**2) / (SIGMA_STRENGTH + count)
-        return np.sqrt(blend)
+        return np.clip(np.sqrt(blend), self.claimed / SIGMA_RANGE, self.claimed * SIGMA_RANGE)
 
 
     def covariances(self, numbers: Int, prior_inflation: float, local_inflation: float) -> Float:
@@ -313,11 +240,3 @@ class Atlas:
             own = np.linalg.inv(self.precision[numbers[here]])
             out[here] = se2.carried_covariance(frame, centre, self.poses[numbers[here]]) + local_inflation * own
         return out
-
-
-def margin(places: Sequence[Place]) -> float:
-    """Log-odds of the first place against the others and against chance; -inf where there is none."""
-    if not places:
-        return -np.inf
-    others = [p.score for p in places[1:]] + [CHANCE_NATS + (places[0].score - places[0].nats)]
-    return float(places[0].score - np.logaddexp.reduce(others))

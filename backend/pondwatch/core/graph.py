@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from . import posegraph as se2
-from .atlas import SURE_NATS, Atlas
+from .atlas import Atlas
+from .placing import SURE_NATS
 from .registration import make_view
 from .settled import Settled, settle_atlas
 from .values import (
@@ -131,6 +132,7 @@ class GraphCorrector:
         self._keys.append(snapshot.key)
         self._shown = np.vstack([self._shown, np.full((1, 3), np.inf)])
         self._shown_status.append(None)
+        atlas.learn_floor(number)
         everyone = np.ones(len(atlas), dtype=bool)
         if atlas.place(number, everyone):
             for other in atlas.waiting_near(number)[:RETRIED]:

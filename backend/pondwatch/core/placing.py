@@ -1,171 +1,211 @@
-"""A decided place to a refined pose with its covariance, and to looks at rods."""
+"""Where one snapshot lies among its neighbours, and how sure that is.
+
+Pure. Map frame of `posegraph.py`, px, px, rad. The search on the neighbours' map names the places
+(`registration.search`); where it is decisive the best is checked, else each is. A check refines the place at full
+scale against the neighbours that share most with it and weighs each agreement as `agreement.py` has learned to; floor
+that two neighbours both see counts once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy import fft
 
-from . import states
-from .codes import SECTORS, Palette, read_codes
-from .decision import Vocabulary
-from .evidence import Evidence, Setting
-from .fill import Looks, to_pond, wholly_in_view
-from .frames import centre_px, pond_to_image
-from .noise import NoiseModel
-from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Patches, Profile, cut, fit, learn_profile
-from .values import CorrectedPose, Float, Float32, Int, Status
+from . import posegraph as se2
+from .agreement import NULL_NATS, Agreement, agreement
+from .registration import HALF, Fit, Place, View, Whitener, draw_map, refine, search, turned_half
+from .values import Bool, Float, Float32
 
-TEACHERS = 56  # snapshots that the profile is learned from
-STRAY_PX = 2.5  # a refinement that moves further than this is not believed
-ROUGH_PX = 0.6  # one sigma of a pose from rod centres alone
-ROUGH_RAD = 0.01
-MODEL_INFLATION = 2.0  # of the covariance: what is common to all rods of a snapshot does not show in their spread
+SURE_NATS = 9.0  # odds above which a place is taken for settled
+REACH_SIGMAS = 3.5
+LEAST_REACH = 0.25  # of a snapshot's width: the claimed noise may be too small
+MOST_REACH = 1.2
+LEAST_TURN_RAD = 0.2
+MOST_FITS = 6
+CHECKED_FITS = 4
+CHECKED_PLACES = 6
+LEAST_SHARED = 0.08
+SAME_PLACE_PX = 3.0
+ELSEWHERE_NATS = -4.0  # prior log-odds that the true place is not among those named
+CONTRADICTED_NATS = -6.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
-    """A snapshot at its place. pose: (3,) or None. covariance: (3, 3), m and rad. trust: probability of the place.
-    rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual_px: rms, or NaN."""
+class Neighbours:
+    """Placed views to lie among: poses (N, 3), map frame."""
 
-    evidence: Evidence
-    pose: Float | None
-    covariance: Float | None
-    trust: float
-    rods: Int
-    ratio: Float
-    residual: float
+    views: Sequence[View]
+    poses: Float
 
 
-class Placing:
-    """Refinement in one setting."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """pose: (3,), map frame; odds: nats for it against all else; fits: (neighbour, fit), none where it is not to be
+    believed."""
 
-    def __init__(self, setting: Setting) -> None:
-        self._setting = setting
-        self._reach_px = min(
-            1.15 * setting.band.outer_px, 0.49 * setting.layout.pitch / setting.camera.metres_per_pixel
-        )
-
-    def kinds(self, vocabulary: Vocabulary, state: Float) -> Int:
-        """(R,): which profile each rod follows."""
-        kind = np.full(len(state), OTHER, dtype=np.int64)
-        kind[state[:, list(vocabulary.states).index(states.EMPTY)] > 0.9] = HOLLOW
-        kind[state[:, list(vocabulary.states).index(states.FULL)] > 0.9] = FILLED
-        return kind
-
-    def learn(
-        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int
-    ) -> Profile | None:
-        """The radial profile, from the snapshots that are surest and spread evenly, in three rounds."""
-        sure = [i for i in range(len(poses)) if poses[i] is not None and trust[i] > 0.9]
-        if not sure:
-            sure = [i for i in range(len(poses)) if poses[i] is not None]
-        if not sure:
-            return None
-        chosen = [sure[k] for k in np.unique(np.linspace(0, len(sure) - 1, TEACHERS).round().astype(int))]
-        taught = {i: _required(poses[i]) for i in chosen}
-        profile: Profile | None = None
-        for _ in range(3):
-            data = [self._cut(evidence[i], taught[i], kinds) for i in chosen]
-            profile = learn_profile([(p, c) for p, c, _ in data], self._setting.band.inner_px, self._reach_px, profile)
-            for i, (patches, centres, _) in zip(chosen, data, strict=True):
-                taught[i] = self._moved(
-                    taught[i], fit(patches, centres, centre_px(self._setting.camera), profile, 2).shift
-                )
-        data = [self._cut(evidence[i], taught[i], kinds) for i in chosen]
-        return learn_profile([(p, c) for p, c, _ in data], self._setting.band.inner_px, self._reach_px, profile)
-
-    def place(self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None) -> Placed:
-        """Refine a pose; where the pixels do not bear it, keep that of the rod centres and say so."""
-        if pose is None:
-            return Placed(e, None, None, trust, np.zeros(0, np.int64), np.zeros((0, SECTORS, 3)), float("nan"))
-        m = self._setting.camera.metres_per_pixel
-        rough = np.diag([(ROUGH_PX * m) ** 2, (ROUGH_PX * m) ** 2, ROUGH_RAD**2])
-        refined, covariance, residual = pose, rough, float("nan")
-        if profile is not None:
-            patches, centres, _ = self._cut(e, pose, kinds)
-            if len(centres):
-                result = fit(patches, centres, centre_px(self._setting.camera), profile, 4)
-                if np.hypot(*result.shift[:2]) < STRAY_PX and np.linalg.cond(result.normal) < 1e9:
-                    refined = self._moved(pose, result.shift)
-                    inflation = MODEL_INFLATION * max(1.0, result.disagreement)
-                    covariance = self._covariance(result.normal, inflation * result.variance, refined[2])
-                    residual = float(np.sqrt(result.variance))
-        rods, ratio = self._looks(e, refined)
-        return Placed(e, refined, covariance, trust, rods, ratio, residual)
-
-    def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
-        """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""
-        key = p.evidence.snapshot.key
-        odds = float(np.log(max(p.trust, 1e-12)) - np.log(max(1 - p.trust, 1e-12)))
-        wide = np.diag([noise.sigma_xy_m**2, noise.sigma_xy_m**2, noise.sigma_theta_rad**2])
-        if p.pose is None or p.covariance is None:
-            return CorrectedPose(key, p.evidence.snapshot.pose_pond, wide, Status.UNCERTAIN, min(odds, 0.0))
-        if p.trust > threshold:
-            return CorrectedPose(key, p.pose, p.covariance, Status.PLACED, odds)
-        return CorrectedPose(key, p.pose, p.covariance + (1 - p.trust) * wide, Status.UNCERTAIN, odds)
-
-    def _cut(self, e: Evidence, pose: Float, kinds: Int) -> tuple[Patches, Float, Int]:
-        camera = self._setting.camera
-        reach = self._reach_px
-        near = self._setting.layout.tree.query_ball_point(
-            pose[:2], (np.hypot(camera.width_px, camera.height_px) / 2 + reach) * camera.metres_per_pixel
-        )
-        rods = np.array(sorted(near), dtype=np.int64)
-        centres = pond_to_image(self._setting.layout.centres[rods], pose, camera)
-        size = np.array([camera.width_px, camera.height_px])
-        seen = ((centres > -0.6 * reach) & (centres < size - 1 + 0.6 * reach)).all(axis=-1)
-        return cut(_grey(e), centres[seen], kinds[rods[seen]], reach), centres[seen], rods[seen]
-
-    def _looks(self, e: Evidence, pose: Float) -> tuple[Int, Float]:
-        camera, band = self._setting.camera, self._setting.band
-        near = np.array(
-            sorted(
-                self._setting.layout.tree.query_ball_point(
-                    pose[:2], np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
-                )
-            ),
-            dtype=np.int64,
-        )
-        centres = pond_to_image(self._setting.layout.centres[near], pose, camera)
-        whole = wholly_in_view(centres, band.outer_px, camera.width_px, camera.height_px)
-        codes = read_codes(e.snapshot.image, centres[whole], band.inner_px, band.outer_px, camera)
-        return near[whole], codes.ratio
-
-    def _moved(self, pose: Float, shift: Float) -> Float:
-        """The pose after its rods moved by (du, dv) and turned by shift[2], u towards v, in the image."""
-        m = self._setting.camera.metres_per_pixel
-        theta = pose[2] + shift[2]
-        a, b = -shift[0] * m, shift[1] * m
-        c, s = np.cos(theta), np.sin(theta)
-        return np.array([pose[0] + c * a - s * b, pose[1] + s * a + c * b, theta])
-
-    def _covariance(self, normal: Float, variance: float, theta: float) -> Float:
-        m = self._setting.camera.metres_per_pixel
-        c, s = np.cos(theta), np.sin(theta)
-        to_pond = np.array([[-c * m, -s * m, 0], [-s * m, c * m, 0], [0, 0, 1]])
-        arm = 0.5 * np.hypot(self._setting.camera.width_px, self._setting.camera.height_px)
-        floor = np.diag([(FLOOR_PX * m) ** 2, (FLOOR_PX * m) ** 2, (FLOOR_PX / arm) ** 2])
-        return np.asarray(to_pond @ (variance * np.linalg.inv(normal)) @ to_pond.T + floor)
+    pose: Float
+    odds: float
+    fits: tuple[tuple[int, Fit], ...] = ()
 
 
-def looks_of(placed: Sequence[Placed], setting: Setting, palette: Palette | None = None) -> Looks:
-    """All looks at whole rods by snapshots that have a place."""
-    with_pose = [p for p in placed if p.pose is not None and len(p.rods)] if palette else []
-    if not with_pose or palette is None:
-        return Looks(np.zeros(0, np.int64), np.zeros((0, SECTORS)), np.zeros(0))
-    theta = np.concatenate([np.full(len(p.rods), _required(p.pose)[2]) for p in with_pose])
-    share = palette.share(np.concatenate([p.ratio for p in with_pose]))
-    trust = np.concatenate([np.full(len(p.rods), p.trust) for p in with_pose])
-    return Looks(np.concatenate([p.rods for p in with_pose]), to_pond(share, theta), trust)
+@dataclass(slots=True, eq=False)
+class _Check:
+    """A place under test: what its fits so far say."""
+
+    pose: Float
+    nats: float = 0.0
+    fits: list[tuple[int, Fit]] = field(default_factory=list)
 
 
-def _required(pose: Float | None) -> Float:
-    if pose is None:
-        raise ValueError("a pose is needed here")
-    return pose
+def seen_by(size_px: tuple[int, int], pose: Float, poses: Float) -> Bool:
+    """(N, 63): which of a grid of points of a snapshot at `pose` each of the snapshots at `poses` sees."""
+    width, height = size_px
+    u, v = (np.linspace(-0.5 + 0.5 / n, 0.5 - 0.5 / n, n) for n in (9, 7))
+    grid = np.stack(np.meshgrid(u * width, v * height), axis=-1).reshape(-1, 2)
+    floor = pose[:2] + se2.rotate(pose[2], grid)
+    there = se2.rotate(-poses[:, 2:], floor[None] - poses[:, None, :2])
+    return np.asarray((np.abs(there) < np.array([width, height]) / 2).all(axis=-1))
 
 
-def _grey(e: Evidence) -> Float32:
-    return np.asarray(e.snapshot.image.mean(axis=2), dtype=np.float32)
+def mean_pose(neighbours: Neighbours, fits: Sequence[tuple[int, Fit]]) -> tuple[Float, Float]:
+    """Where a snapshot lies by its fits, (3,), and each fit's information in the map frame, (F, 3, 3)."""
+    tails = neighbours.poses[[n for n, _ in fits]]
+    said = se2.compose(tails, np.array([f.relative for _, f in fits]))
+    c, s = np.cos(tails[:, 2]), np.sin(tails[:, 2])
+    turn = np.zeros((len(fits), 3, 3))
+    turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1], turn[:, 2, 2] = c, -s, s, c, 1
+    weight = turn @ np.array([f.information for _, f in fits]) @ turn.transpose(0, 2, 1)
+    apart = said - said[0]
+    apart[:, 2] = (apart[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return said[0] + np.linalg.solve(weight.sum(axis=0), (weight @ apart[..., None]).sum(axis=0))[:, 0], weight
+
+
+class Placer:
+    """Decides places in one session and learns from them.
+
+    size_px: width and height of a snapshot. floor: the session's views at their noisy poses, for the spectrum.
+    """
+
+    def __init__(self, size_px: tuple[int, int]) -> None:
+        self.size_px = size_px
+        self.floor = Neighbours([], np.zeros((0, 3)))
+        self.agreement = Agreement()
+        self._gains: dict[int, tuple[int, Float32]] = {}
+
+    def decide(
+        self, view: View, guess: Float, sigmas: Float, near: Neighbours, sure: float, widening: float = 1.0
+    ) -> Decision:
+        """The place of a view expected at guess (3,) with sigmas (3,); its fits are empty below odds of `sure`."""
+        places = self._places(view, guess, sigmas, near, widening)
+        if not places:
+            return Decision(guess, -np.inf)
+        odds = self._search_odds(places)
+        if self.agreement.true_fits() is None:
+            self._try(view, places, near)
+        if self.agreement.true_fits() is None:
+            return Decision(guess, -np.inf)
+        if odds >= SURE_NATS:
+            best = self._check(view, places[0], near)
+        else:
+            best, odds = self._contest(view, places, near)
+        fits = self._agreeing(best, near)
+        if odds < sure or best.nats <= 0 or not fits:
+            return Decision(best.pose, min(odds, best.nats))
+        for _, fit in fits:
+            self.agreement.tell_right(agreement(fit.rho))
+        return Decision(mean_pose(near, fits)[0], odds, fits)
+
+    def learn_wrong(self, view: View, beside: View, phi: float) -> None:
+        """Learn from a search that cannot be right: a view turned by half a turn against another, both at phi."""
+        wide = self.size_px[0]
+        sigmas = np.array([wide / 6, wide / 6, 0.1])
+        here = Neighbours([beside], np.array([[0.0, 0.0, phi]]))
+        guess = np.array([wide / 5, wide / 8, phi])
+        turned = turned_half(view)
+        places = self._places(turned, guess, sigmas, here, 1.0)
+        told = []
+        for place in places:
+            fit = refine(beside, turned, se2.between(here.poses[0], place.pose))
+            if fit is not None:
+                told.append((agreement(fit.rho), fit.shared_px / float(np.prod(self.size_px))))
+        self.agreement.tell_wrong(max((p.nats for p in places), default=0.0), told)
+
+    def _gain(self, size: int) -> Float32:
+        """The whitening gain for squares of `size`, learned anew while the views double in number up to 64."""
+        views, phis = self.floor.views, self.floor.poses[:, 2]
+        known = self._gains.get(size)
+        if known is None or min(len(views), 64) >= 2 * known[0]:
+            whitener = Whitener(size)
+            for n in range(0, len(views), max(1, len(views) // 64)):
+                whitener.learn(views[n], float(phis[n]))
+            known = self._gains[size] = (len(views), whitener.gain())
+        return known[1]
+
+    def _places(self, view: View, guess: Float, sigmas: Float, near: Neighbours, widening: float) -> list[Place]:
+        width = self.size_px[0]
+        reach = float(np.clip(REACH_SIGMAS * sigmas[0] * widening, LEAST_REACH * width, MOST_REACH * width))
+        turn = max(REACH_SIGMAS * sigmas[2], LEAST_TURN_RAD) * widening
+        size = fft.next_fast_len(int((np.hypot(*self.size_px) + 2 * reach) / HALF) + 4, real=True)
+        size += size % 2
+        local = draw_map(near.views, near.poses, guess[:2], size)
+        return search(view, local, self._gain(size), guess, sigmas, reach, turn, CHECKED_PLACES)
+
+    def _search_odds(self, places: Sequence[Place]) -> float:
+        """Log-odds of the first place by the search alone, in nats of which wrong places score NULL_NATS."""
+        prior = [p.score - p.nats for p in places]
+        scores = [p.nats / self.agreement.repeats + q for p, q in zip(places, prior, strict=True)]
+        return float(scores[0] - np.logaddexp.reduce([*scores[1:], NULL_NATS + prior[0]]))
+
+    def _try(self, view: View, places: Sequence[Place], near: Neighbours) -> None:
+        """Note how well the best place agrees with the neighbour that shares most."""
+        best = -1.0
+        for place in places:
+            seen = seen_by(self.size_px, place.pose, near.poses).mean(axis=1)
+            k = int(seen.argmax())
+            fit = refine(near.views[k], view, se2.between(near.poses[k], place.pose)) if seen[k] > 0.25 else None
+            best = max(best, agreement(fit.rho) if fit else -1.0)
+        if best > -1:
+            self.agreement.tell_best(best)
+
+    def _contest(self, view: View, places: Sequence[Place], near: Neighbours) -> tuple[_Check, float]:
+        checks = [self._check(view, p, near, CHECKED_FITS) for p in places]
+        totals = [c.nats + p.score - p.nats for c, p in zip(checks, places, strict=True)]
+        best = int(np.argmax(totals))
+        others = [t for n, t in enumerate(totals) if n != best]
+        odds = float(totals[best] - np.logaddexp.reduce([*others, ELSEWHERE_NATS]))
+        return checks[best], odds
+
+    def _check(self, view: View, place: Place, near: Neighbours, most: int = MOST_FITS) -> _Check:
+        """Refine a place against the neighbours that share most; each fit starts where the last ended."""
+        check = _Check(place.pose)
+        seen = seen_by(self.size_px, place.pose, near.poses)
+        shared = seen.mean(axis=1)
+        counted = np.zeros(seen.shape[1], dtype=bool)
+        for k in np.argsort(-shared, kind="stable")[: most + 2].tolist():
+            if shared[k] < LEAST_SHARED or len(check.fits) == most or check.nats < CONTRADICTED_NATS:
+                break
+            fit = refine(near.views[k], view, se2.between(near.poses[k], check.pose))
+            fresh = float((seen[k] & ~counted).sum() / seen[k].sum())
+            ratio = self.agreement.log_ratio(agreement(fit.rho) if fit else -0.5, float(shared[k]))
+            check.nats += ratio * (fresh if ratio > 0 else 1.0)
+            counted |= seen[k]
+            if fit is not None and ratio > 0:
+                check.fits.append((k, fit))
+                check.pose = mean_pose(near, check.fits)[0]
+        return check
+
+    def _agreeing(self, check: _Check, near: Neighbours) -> tuple[tuple[int, Fit], ...]:
+        """The fits that name the place which most of the evidence names; none where they are in two minds."""
+        if not check.fits:
+            return ()
+        said = se2.compose(near.poses[[n for n, _ in check.fits]], np.array([f.relative for _, f in check.fits]))
+        apart = np.hypot(*(said[:, None, :2] - said[None, :, :2]).transpose(2, 0, 1))
+        support = np.array([f.shared_px for _, f in check.fits])
+        same = apart < SAME_PLACE_PX
+        best = int(np.argmax(same @ support))
+        if support[same[best]].sum() < 0.67 * support.sum():
+            return ()
+        return tuple(f for f, keep in zip(check.fits, same[best], strict=True) if keep)

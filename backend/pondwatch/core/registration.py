@@ -97,6 +97,13 @@ def make_view(image: Image) -> View:
     return View(_pack(detail), _pack(half), 1.0 - flat)
 
 
+def turned_half(view: View) -> View:
+    """The same view turned by half a turn: a picture of nowhere, with the floor's rows, lattice and spectrum."""
+    return View(
+        np.ascontiguousarray(view.detail[::-1, ::-1]), np.ascontiguousarray(view.half[::-1, ::-1]), view.texture
+    )
+
+
 def _pack(detail: Float32) -> Int8:
     return np.clip(np.rint(detail / STEP), -127, 127).astype(np.int8)
 
@@ -354,7 +361,7 @@ class _Template:
         compared = self.compare(picture, found)
         if compared is None or compared[2] <= 0.05:
             return None
-        difference, weight, rho = compared
+        difference, weight, _ = compared
         normal = self.normal(weight)
         right = self.jacobian.reshape(3, -1) @ (weight * difference).ravel()
         return np.asarray(np.linalg.solve(normal, right.astype(np.float64)))

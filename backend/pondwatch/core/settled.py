@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from . import posegraph as se2
 from .atlas import Atlas
-from .values import Bool, Float, Int
+from .values import Float, Int
 
 OUTLIER_CHI2 = 30.0  # of 3 degrees of freedom: one in a million
 MEDIAN_CHI2 = 2.366
