@@ -174,7 +174,8 @@ async def _watching(browser: Browser, url: str, session: str, viewers: int) -> A
         page = await context.new_page()
         await page.add_init_script(TOLD)
         await page.goto(f"{url}/?session={session}")
-        await page.wait_for_function("() => globalThis.pondwatch?.link === 'live'", timeout=30_000)
+        while await page.evaluate("() => globalThis.pondwatch?.link") != "live":
+            await asyncio.sleep(0.1)  # the page's policy forbids waiting inside it
         pages.append(page)
     yield pages
     for context in contexts:
