@@ -17,7 +17,7 @@ def photograph(floor: Floor, pose_pond: Float, camera: Camera) -> Float32:
     The floor is sampled on a grid `fine` times finer than the image, which is then averaged: edges are covered by
     area, and a point of the pond lies where `pond_to_image` says, to a hundredth of a pixel.
     """
-    fine = max(1, round(camera.metres_per_pixel / floor.metres_per_pixel))
+    fine = max(2, round(camera.metres_per_pixel / floor.metres_per_pixel))
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # of the fine grid
     pond = image_to_pond((corners + 0.5) / fine - 0.5, pose_pond, camera)
     x = (pond[:, 0] - floor.left_m) / floor.metres_per_pixel - 0.5
