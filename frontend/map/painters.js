@@ -43,8 +43,9 @@ export function paintFloor(context, frame, pond, colours) {
 export function paintMosaic(context, frame, mosaic, pond) {
   const size = mosaic.raster.metres_per_pixel * frame.scale;
   context.imageSmoothingEnabled = size < NEAREST_FROM;
-  const { width, height } = mosaic.canvas;
-  context.drawImage(mosaic.canvas, frame.x(0), frame.y(pond.height_m), width * size, height * size);
+  const { canvas, factor } = mosaic.copyFor(size);
+  const scale = size * factor;
+  context.drawImage(canvas, frame.x(0), frame.y(pond.height_m), canvas.width * scale, canvas.height * scale);
 }
 
 /**

@@ -32,6 +32,7 @@ export class PondMap extends EventTarget {
       layers: [this.#layer],
       view: this.#makeView(pond, metresPerPixel),
       controls: [new library.control.ScaleLine({ minWidth: 90 })],
+      interactions: library.interaction.defaults.defaults({ altShiftDragRotate: false, pinchRotate: false }), // without focus too
       keyboardEventTarget: target,
     });
     this.#map.on('pointermove', (event) => this.#tell('pointer', event.coordinate));

@@ -70,6 +70,8 @@ export class RawMosaic extends EventTarget {
     context.scale(scale, scale);
     context.drawImage(image, -image.width / 2, -image.height / 2);
     context.restore();
+    const reach = Math.ceil((Math.hypot(image.width, image.height) * scale) / 2);
+    this.raster.changed(Math.floor(xPx) - reach, Math.floor(yPx) - reach, 2 * reach + 1, 2 * reach + 1);
     image.close();
     this.drawn += 1;
   }

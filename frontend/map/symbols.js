@@ -11,6 +11,7 @@ const LETTER_FROM_PX = 7;
 
 export class Symbols {
   /** @type {Map<string, HTMLCanvasElement>} */ #kept = new Map();
+  /** Of each row, as it was drawn last. @type {WeakMap<RodRow, {size: number, picture: HTMLCanvasElement}>} */ #last = new WeakMap();
   /** @type {Palette} */ #palette;
 
   /** @param {Palette} palette */
@@ -21,6 +22,15 @@ export class Symbols {
   /** The picture of a rod, its centre in the middle. @param {RodRow} rod @param {number} radius device px */
   of(rod, radius) {
     const size = Math.max(2, Math.round(radius));
+    const last = this.#last.get(rod);
+    if (last?.size === size) return last.picture;
+    const picture = this.#find(rod, size);
+    this.#last.set(rod, { size, picture });
+    return picture;
+  }
+
+  /** @param {RodRow} rod @param {number} size */
+  #find(rod, size) {
     const label = labelOf(rod);
     const key = `${verdictOf(rod)} ${label} ${size}`;
     let picture = this.#kept.get(key);

@@ -29,8 +29,14 @@ export class Inspection extends EventTarget {
 
   /** The rod's row, `unseen` where nothing was ever said. @param {string} id @returns {RodRow} */
   rod(id) {
-    return this.rods.get(id) ?? { rod_id: id, state: 'unseen', fill: null, confidence: 0, views: 0 };
+    const known = this.rods.get(id) ?? this.#unseen.get(id);
+    if (known) return known;
+    /** @type {RodRow} */
+    const row = { rod_id: id, state: 'unseen', fill: null, confidence: 0, views: 0 };
+    this.#unseen.set(id, row);
+    return row;
   }
+  /** @type {Map<string, RodRow>} */ #unseen = new Map();
 
   /** How far correction moved poses, root mean square over what is placed, m; null where none says. */
   get meanDriftM() {

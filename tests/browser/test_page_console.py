@@ -141,6 +141,22 @@ def test_the_health_of_the_picture_is_told_with_where_to_look_next(console: Desk
     assert eventually(lambda: picture(console) != before)
 
 
+def test_the_map_is_dragged_and_zoomed_by_the_mouse_without_a_click_before(console: Desk) -> None:
+    whole = picture(console)
+    mouse = console.page.mouse
+    mouse.move(500, 400)
+    mouse.down()
+    mouse.move(560, 430, steps=4)
+    mouse.up()
+    dragged = picture(console)
+    assert dragged != whole
+
+    mouse.wheel(0, -300)
+    assert picture(console) != dragged
+    console.page.keyboard.press("0")
+    assert eventually(lambda: picture(console) == whole)
+
+
 def test_a_view_is_the_same_from_its_address(console: Desk, make_desk: Callable[..., Desk], still: FakeServer) -> None:
     for key in ("l", "g", "r"):
         console.page.keyboard.press(key)
