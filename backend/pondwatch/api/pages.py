@@ -68,7 +68,8 @@ class FrontEnd(StaticFiles):
         if vendored is not None and vendored.is_file():
             return str(vendored), vendored.stat()
         inside = Path(path)
-        if "node_modules" in inside.parts or (inside.suffix and inside.suffix not in _SERVED):
+        is_workshop = "node_modules" in inside.parts or inside.name.endswith(".test.js")
+        if is_workshop or (path != "." and inside.suffix not in _SERVED):
             return "", None
         return super().lookup_path(path)
 

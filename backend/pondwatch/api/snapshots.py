@@ -140,4 +140,5 @@ async def _image(form: FormData, name: str, most: int) -> bytes:
         raise InvalidRequest(f"Part {name!r} must be a file: give it a filename.", field=name[:100])
     if part.size is not None and part.size > most:
         raise TooLarge(f"The picture is larger than {most} bytes.", limit_bytes=most)
+    await part.seek(0)  # two items of a batch may name the same part
     return await part.read()

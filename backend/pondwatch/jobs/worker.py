@@ -27,6 +27,7 @@ from pondwatch.core.errors import Invalid
 from pondwatch.core.images import decode
 from pondwatch.core.mosaic import Mosaic
 from pondwatch.core.values import (
+    Camera,
     CorrectedPose,
     Image,
     Inspection,
@@ -48,7 +49,8 @@ _REJECTED = Shown(Status.REJECTED, None, None, None)
 
 @dataclass(slots=True)
 class Held:
-    """One session. shown and rods: as stored at `revision`. stale: the corrector may say otherwise than stored."""
+    """One session. shown and rods: as stored at `revision`. stale: the corrector may say otherwise than stored.
+    dirty: where the stored mosaic shows snapshots that cannot be read any more."""
 
     inspection: Inspection
     revision: int
@@ -60,6 +62,7 @@ class Held:
     rods: dict[str, RodReading] = field(default_factory=dict)
     faults: list[Moved] = field(default_factory=list)
     seen: dict[tuple[int, int], int] = field(default_factory=dict)
+    dirty: list[Rect] = field(default_factory=list)
     stale: bool = False
 
     def take(self, refs: Iterable[SnapshotRef]) -> list[Snapshot]:
@@ -77,7 +80,7 @@ class Held:
 
     def outcome(self, poses: Iterable[CorrectedPose]) -> Outcome:
         """Paint what moved; what the next revision changes. Holds that revision afterwards."""
-        moved, rects = [], []
+        moved, rects = [], self.dirty
         for corrected in poses:
             shown = Shown.of(corrected)
             before = self.shown.get(corrected.key)
@@ -89,7 +92,7 @@ class Held:
         rods = self._changed_rods()
         touched = tiles_of(rects)
         self.seen |= seen_in(self.mosaic, touched)
-        self.faults, self.stale, self.revision = [], False, self.revision + 1
+        self.faults, self.dirty, self.stale, self.revision = [], [], False, self.revision + 1
         return Outcome(
             tuple(moved),
             rods,
@@ -166,10 +169,13 @@ def _as_stored(base: Base) -> tuple[Held, list[Snapshot]]:
     held = Held(base.inspection, base.revision, make_corrector(base.inspection, base.method), Mosaic(camera, pond))
     snapshots = held.take(base.snapshots)
     rects: list[Rect] = []
-    for ref in held.refs.values():
-        if ref.shown is not None:
+    for ref in base.snapshots:
+        if ref.shown is not None and ref.key in held.refs:
             held.shown[ref.key] = ref.shown
             rects += held.paint(ref.key, None, ref.shown)
+        elif ref.shown is not None and ref.shown.pose is not None:
+            held.dirty += held.mosaic.put(ref.key, _blank(camera), np.array(ref.shown.pose))
+            held.mosaic.drop(ref.key)
     held.rods = {r.rod_id: r for r in base.rods}
     held.seen = seen_in(held.mosaic, tiles_of(rects))
     return held, snapshots
@@ -180,6 +186,10 @@ def _read(ref: SnapshotRef, inspection: Inspection) -> Image:
     if hashlib.sha256(content).hexdigest() != ref.digest:
         raise Invalid("its bytes are not those that were stored")
     return decode(content, inspection.camera)
+
+
+def _blank(camera: Camera) -> Image:
+    return np.zeros((camera.height_px, camera.width_px, 3), np.uint8)
 
 
 def _snapshot(ref: SnapshotRef, image: Image) -> Snapshot:
@@ -200,13 +210,18 @@ class Failed:
     message: str
 
 
-def on_desk(method: str, *args: Any) -> Any:
-    """Call a method of this process's desk; `Failed` where it raises."""
+def answered(desk: Desk, method: str, *args: Any) -> Any:
+    """What a desk's method returns; `Failed` where it raises."""
     try:
-        return getattr(_desk, method)(*args)
+        return getattr(desk, method)(*args)
     except Exception as error:  # a border: the server must hear of any error
         where = traceback.extract_tb(error.__traceback__)[-1]
         return Failed(f"{type(error).__name__}: {error} ({where.name}, line {where.lineno})"[:500])
+
+
+def on_desk(method: str, *args: Any) -> Any:
+    """Call a method of this process's desk."""
+    return answered(_desk, method, *args)
 
 
 def start() -> int:

@@ -129,7 +129,7 @@ def facts(connection: Connection, session_id: str) -> Facts:
         select(func.count(), func.max(snapshots.c.captured_ms), func.max(snapshots.c.received_ms)).where(mine)
     ).one()
     by_status = select(poses.c.status, func.count()).where(poses.c.session_id == session_id).group_by(poses.c.status)
-    counts: dict[str, int] = dict(connection.execute(by_status).tuples().all())
+    counts = {row.status: row[1] for row in connection.execute(by_status)}
     n_rods = connection.execute(select(func.count()).where(rods.c.session_id == session_id)).scalar_one()
     seen = select(func.count()).where(rod_readings.c.session_id == session_id, rod_readings.c.state != "unseen")
     return Facts(

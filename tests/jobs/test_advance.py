@@ -1,0 +1,310 @@
+"""Steps of a session: one revision each, the same however they were cut off, and nothing stopped by a bad snapshot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from pondwatch.core.errors import Missing, Unavailable
+from pondwatch.core.inspection import parse_inspection
+from pondwatch.core.values import SnapshotKey
+from pondwatch.jobs import finish, tiles
+from pondwatch.jobs.advance import Step
+from pondwatch.jobs.feed import Feed, News
+from pondwatch.jobs.ingest import Ingest, Upload
+from pondwatch.jobs.lanes import WorkerLost
+from pondwatch.jobs.steps import STEP_LIMIT, Steps
+from pondwatch.store import jobs, revisions, sessions
+from pondwatch.store.clock import SystemClock
+from pondwatch.store.store import Store
+from tests.fakes.lane import InlineLane
+from tests.fakes.robot import Shot, document
+
+
+@dataclass
+class Heard:
+    """An observer that remembers."""
+
+    steps: list[Step] = field(default_factory=list)
+    changes: list[int] = field(default_factory=list)
+
+    def committed(self, session_id: str, step: Step, seconds: float) -> None:
+        self.steps.append(step)
+
+    def changed(self, session_id: str, revision: int) -> None:
+        self.changes.append(revision)
+
+
+class House:
+    """A store, a lane and one session, without threads of their own."""
+
+    def __init__(self, data: Path) -> None:
+        self.store = Store(data, f"sqlite:///{data}/test.sqlite")
+        self.lane, self.heard, clock = InlineLane(), Heard(), SystemClock()
+        self.steps = Steps(self.store, clock, self.heard)
+        self.woken: list[str] = []
+        self.ingest = Ingest(self.store, clock, self.woken.append)
+        inspection = parse_inspection(document())
+        self.session = self.store.write(lambda c: sessions.create(c, inspection, "identity", 1_000))
+
+    def send(self, *shots: Shot) -> None:
+        session = self.ingest.session(self.session)
+        for shot in shots:
+            p = shot.pose()
+            key = SnapshotKey(shot.robot, shot.boot, shot.sequence)
+            self.ingest.accept(session, Upload(key, 0, p["x_m"], p["y_m"], p["theta_rad"], shot.content))
+
+    def take(self) -> bool:
+        return self.steps.take(self.lane, self.session)
+
+    def drain(self) -> None:
+        for _ in range(500):
+            if not self.take():
+                return
+        raise AssertionError("there is always more to do")
+
+    def finish(self) -> None:
+        finish.begin(self.store, self.session, 2_000)
+        self.drain()
+
+    def facts(self) -> sessions.Facts:
+        return self.store.read(lambda c: sessions.facts(c, self.session))
+
+    def found(self) -> sessions.Session:
+        return self.store.read(lambda c: sessions.get(c, self.session))
+
+    def poses(self) -> list[tuple[Any, ...]]:
+        rows = self.store.read(lambda c: revisions.pose_rows(c, self.session))
+        return [(r["robot"], r["sequence"], r["status"], r["x_m"], r["y_m"], r["theta_rad"]) for r in rows]
+
+    def job(self, kind: str) -> Any:
+        return next(j for j in self.store.read(lambda c: jobs.rows(c, self.session)) if j["kind"] == kind)
+
+    def result(self) -> tuple[list[tuple[Any, ...]], bytes]:
+        return self.poses(), tiles.whole(self.store, self.session)[1].tobytes()
+
+
+@pytest.fixture
+def house(tmp_path: Path) -> Iterator[House]:
+    made = House(tmp_path)
+    yield made
+    made.store.close()
+
+
+def test_many_uploads_become_one_revision(house: House) -> None:
+    house.send(*(Shot(i) for i in range(5)))
+
+    assert house.take() is False
+
+    assert (house.found().revision, house.facts().placed, house.facts().pending) == (1, 5, 0)
+    assert [step.covered for step in house.heard.steps] == [5]
+    assert (house.job("advance")["state"], house.job("advance")["progress"]) == ("done", 1.0)
+
+
+def test_a_backlog_is_taken_in_bounded_steps(house: House) -> None:
+    house.send(*(Shot(i) for i in range(STEP_LIMIT + 3)))
+
+    assert house.take() is True
+    assert house.job("advance")["state"] == "running"
+    assert house.take() is False
+
+    assert [(s.covered, s.left) for s in house.heard.steps] == [(STEP_LIMIT, 3), (3, 0)]
+
+
+def test_a_step_without_work_writes_nothing(house: House) -> None:
+    assert house.take() is False
+
+    assert house.found().revision == 0
+
+
+def test_a_worker_that_is_lost_between_steps_changes_nothing_of_the_result(house: House, tmp_path: Path) -> None:
+    calm = House(tmp_path / "calm")
+    for start in range(0, 12, 3):
+        for each in (house, calm):
+            each.send(*(Shot(i) for i in range(start, start + 3)))
+            each.drain()
+        house.lane.lose()
+
+    assert house.lane.calls.count("load") == 4
+    assert calm.lane.calls.count("load") == 1  # the first step of all
+    assert house.result() == calm.result()
+    house.finish()
+    calm.finish()
+    assert house.result() == calm.result()
+    calm.store.close()
+
+
+def test_a_step_whose_commit_failed_is_taken_again_to_the_same_end(house: House, monkeypatch: Any) -> None:
+    house.send(Shot(0))
+    house.drain()
+    house.send(Shot(1))
+    honest = house.store.write
+
+    def full(unit: Any) -> Any:
+        raise Unavailable("The disk is away.")
+
+    monkeypatch.setattr(house.store, "write", full)
+    with pytest.raises(Unavailable):
+        house.take()
+    monkeypatch.setattr(house.store, "write", honest)
+    assert (house.found().revision, house.facts().pending) == (1, 1)
+
+    house.drain()
+
+    assert (house.found().revision, house.facts().placed) == (2, 2)
+    assert house.lane.calls == ["advance", "load", "advance", "advance", "advance", "load", "advance"]
+
+
+def test_the_final_result_does_not_depend_on_the_order_of_arrival(tmp_path: Path) -> None:
+    shots = [Shot(i, f"bubble-{i % 3}") for i in range(20)]
+    results = []
+    for name, order in (("a", shots), ("b", shots[::-1]), ("c", shots[7:] + shots[:7])):
+        each = House(tmp_path / name)
+        for start in range(0, 20, 6):
+            each.send(*order[start : start + 6])
+            each.drain()
+        each.finish()
+        results.append(each.result())
+        each.store.close()
+
+    assert results[0] == results[1] == results[2]
+
+
+def poison(sequence: int) -> Any:
+    """A fault that kills the worker whenever it is shown this snapshot."""
+
+    def fault(method: str, args: tuple[Any, ...]) -> None:
+        if method == "advance" and any(ref.key.sequence == sequence for ref in args[2]):
+            raise WorkerLost("The worker process was lost.")
+
+    return fault
+
+
+def test_a_snapshot_that_kills_three_workers_is_rejected_and_the_session_goes_on(house: House) -> None:
+    house.lane.fault = poison(4)
+    house.send(*(Shot(i) for i in range(10)))
+
+    house.drain()
+
+    facts = house.facts()
+    assert (facts.placed, facts.rejected, facts.pending) == (9, 1, 0)
+    assert [pose[1] for pose in house.poses() if pose[2] == "rejected"] == [4]
+    rows = house.store.read(lambda c: revisions.pose_rows(c, house.session))
+    assert [r["fault"] for r in rows if r["fault"]] == ["The worker process was lost."]
+    house.lane.lose()  # it is not shown to the next worker either
+    house.finish()
+    assert house.found().state == "finished"
+    assert house.facts().rejected == 1
+
+
+def test_a_blob_that_was_damaged_on_the_disk_rejects_its_snapshot_alone(house: House) -> None:
+    house.send(Shot(0), Shot(1))
+    path = house.store.blobs.path(Shot(1).digest)
+    path.write_bytes(path.read_bytes()[:-1] + b"\0")
+
+    house.drain()
+
+    assert [(p[1], p[2]) for p in house.poses()] == [(0, "placed"), (1, "rejected")]
+
+
+def test_a_blob_that_is_damaged_later_is_rejected_when_it_is_read_again(house: House) -> None:
+    house.send(Shot(0), Shot(1))
+    house.drain()
+    house.store.blobs.path(Shot(1).digest).write_bytes(b"")
+    house.lane.lose()
+
+    house.finish()
+
+    assert [(p[1], p[2]) for p in house.poses()] == [(0, "placed"), (1, "rejected")]
+    alone = House(house.store.blobs.path("00").parents[2] / "alone")
+    alone.send(Shot(0))
+    alone.finish()
+    assert house.result()[1] == alone.result()[1]  # nothing of it is left in the mosaic
+    alone.store.close()
+
+
+def test_a_session_that_cannot_be_settled_says_so_and_may_be_finished_again(house: House) -> None:
+    def fault(method: str, args: tuple[Any, ...]) -> None:
+        if method == "settle":
+            raise WorkerLost("The worker process was lost.")
+
+    house.send(Shot(0))
+    house.lane.fault = fault
+
+    house.finish()
+
+    assert house.found().state == "failed"
+    job = house.job("finish")
+    assert (job["state"], job["attempts"], job["error"]) == ("failed", 3, "The worker process was lost.")
+    house.lane.fault = None
+    house.finish()
+    assert (house.found().state, house.job("finish")["state"]) == ("finished", "done")
+
+
+def test_a_session_that_cannot_be_taken_up_keeps_its_snapshots_waiting(house: House) -> None:
+    def fault(method: str, args: tuple[Any, ...]) -> None:
+        if method == "load":
+            raise WorkerLost("The worker process was lost.")
+
+    house.lane.fault = fault
+    house.send(Shot(0))
+
+    house.drain()
+
+    assert (house.facts().pending, house.facts().rejected) == (1, 0)
+    assert house.job("advance")["state"] == "failed"
+
+
+def test_the_same_snapshot_from_many_threads_is_stored_once(house: House) -> None:
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(lambda _: house.send(Shot(7)), range(16)))
+
+    assert house.facts().snapshots == 1
+
+
+def paint(canvas: np.ndarray[Any, Any], news: News) -> None:
+    for picture in news.pictures:
+        image = cv2.imdecode(np.frombuffer(picture.content, np.uint8), cv2.IMREAD_UNCHANGED)
+        assert image is not None
+        r = picture.rect
+        assert image.shape[:2] == (r.height, r.width)
+        canvas[r.y : r.y + r.height, r.x : r.x + r.width] = image
+
+
+@pytest.mark.parametrize("most_bytes", [0, 8_000, 1 << 20], ids=["tiles", "some", "patches"])
+def test_a_viewer_that_is_told_what_changed_ends_with_the_whole_mosaic(house: House, most_bytes: int) -> None:
+    feed = Feed(house.store, 1000, most_bytes)
+    canvas, since = np.zeros((120, 200, 4), np.uint8), None
+    for i in range(8):
+        house.send(Shot(i))
+        house.drain()
+        feed.remember(house.session, house.heard.steps[-1])
+        if i % 3 == 0:
+            news = feed.news(house.session, since)
+            assert (news.revision, news.full) == (i + 1, since is None)
+            assert len(news.poses) == (i + 1 if since is None else i + 1 - since)
+            paint(canvas, news)
+            since = news.revision
+    paint(canvas, feed.news(house.session, since))
+
+    np.testing.assert_array_equal(canvas, tiles.whole(house.store, house.session)[1])
+
+
+def test_a_viewer_from_a_future_that_never_came_is_told_everything(house: House) -> None:
+    feed = Feed(house.store, 10, 1000)
+    house.send(Shot(0))
+    house.drain()
+
+    news = feed.news(house.session, 99)
+
+    assert (news.full, len(news.poses)) == (True, 1)
+    assert feed.news(house.session, 1).pictures == []
+    with pytest.raises(Missing):
+        feed.news("nosuch", None)
