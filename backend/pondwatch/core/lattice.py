@@ -19,7 +19,7 @@ from .frames import wrap_angle
 from .hypotheses import Reach, propose
 from .inference import Decision, Problem, decide
 from .noise import NoiseModel
-from .placement import Placed, Placing, looks_of
+from .placement import Placed, Placing, doubted, looks_of
 from .pond import Layout
 from .quality import judge
 from .refine import Profile
@@ -27,10 +27,12 @@ from .values import CorrectedPose, Correction, Float, Inspection, Quality, RodRe
 
 GROWTH = 1.35  # snapshots since the last joint decision, over those in it, that call for another
 PLACED_ABOVE = 0.99  # probability
+MISFIT = 2.5  # times the typical residual, above which a place is doubted
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 LIVE_RESTARTS, FULL_RESTARTS = 2, 24
 NOISE_ROUNDS = 3
 LOST_NATS = -4.0  # a place that is contradicted by this much may be none
+FAR_NATS = -6.0  # log prior of a place, below which the noisy pose may be a gross error
 FAR_PLACES = 24  # kept when a snapshot is looked for in the whole pond
 
 
@@ -67,6 +69,7 @@ class LatticeCorrector:
         self._rods = read_rods(self._setting.layout.ids, looks_of([], self._setting))
         self._log_state: Float | None = None
         self._profile: Profile | None = None
+        self._typical = np.inf  # residual, grey levels
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Decide new snapshots at once; earlier ones may move when all are decided together again."""
@@ -115,9 +118,11 @@ class LatticeCorrector:
         chosen = [self._chosen(e, i, joint) for i, e in enumerate(evidence)]
         self._profile = self._placing.learn(evidence, chosen, joint.trust, kinds)
         placed = [
-            self._placing.place(e, pose, float(t), kinds, self._profile)
+            self._placing.place(e, pose, float(t), kinds, self._profile, joint.noise)
             for e, pose, t in zip(evidence, chosen, joint.trust, strict=True)
         ]
+        residuals = [p.residual for p in placed if np.isfinite(p.residual)]
+        self._typical = float(np.median(residuals)) if residuals else np.inf
         return self._publish(placed)
 
     def _solve(self, evidence: list[Evidence], restarts: int) -> tuple[Joint, list[Evidence]]:
@@ -163,19 +168,26 @@ class LatticeCorrector:
         state = joint.decision.states
         out, widened = [], False
         for i, e in enumerate(evidence):
-            at = int(joint.decision.choice[i] - joint.problem.start[i])
-            lost = at >= len(e.places) or self._contradiction(e, at, joint, state) < LOST_NATS
-            if lost and not e.far.any():
+            if not e.far.any() and self._lost(e, i, joint):
                 e = self._widened(e, joint, noise, state)
                 widened = widened or bool(e.far.any())
             out.append(e)
         return out, widened
 
-    def _contradiction(self, e: Evidence, at: int, joint: Joint, state: Float) -> float:
-        """Nats against a place: its geometry, and its looks that contradict the rods as decided."""
-        one = replace(e, places=e.places.take(np.array([at])), far=e.far[[at]], site=e.site[[at]])
-        table = dec.tabulate(one, joint.vocabulary, joint.noise, self._setting, self._turns)
-        return float(np.minimum(_gains(table, state), 0).sum() + e.places.geometry[at])
+    def _lost(self, e: Evidence, i: int, joint: Joint) -> bool:
+        """Whether a snapshot's place is none, is far from its noisy pose, or contradicts what others say of its rods."""
+        choice, problem = int(joint.decision.choice[i]), joint.problem
+        at = choice - int(problem.start[i])
+        if at >= len(e.places):
+            return True
+        nearest = float(problem.log_prior[problem.start[i] : problem.start[i + 1] - 1].max())
+        if problem.log_prior[choice] - e.places.geometry[at] < min(FAR_NATS, nearest):
+            return True
+        edges = problem.edge_hypothesis == choice
+        own = problem.look[problem.edge_look[edges]]
+        others = joint.decision.states[problem.edge_rod[edges]] / np.maximum(own, 1e-12)
+        gains = -np.log(np.maximum(others.sum(axis=1), 1e-30))
+        return float(np.minimum(gains, 0).sum() + e.places.geometry[at]) < LOST_NATS
 
     def _widened(self, e: Evidence, joint: Joint, noise: NoiseModel, state: Float) -> Evidence:
         full = gather(e.snapshot, noise.reach(self._pitch), self._setting)
@@ -208,7 +220,7 @@ class LatticeCorrector:
         if pose is not None and trust > PLACED_ABOVE:
             self._learn_rods(table, best)
         kinds = self._placing.kinds(joint.vocabulary, np.exp(self._log_state))
-        return self._placing.place(e, pose, trust, kinds, self._profile)
+        return self._placing.place(e, pose, trust, kinds, self._profile, joint.noise)
 
     def _learn_rods(self, table: dec.Table, place: int) -> None:
         assert self._log_state is not None
@@ -219,7 +231,7 @@ class LatticeCorrector:
 
     def _publish(self, placed: list[Placed]) -> Correction:
         moved = []
-        for p in placed:
+        for p in (doubted(p, MISFIT * self._typical) for p in placed):
             pose = self._placing.corrected(p, PLACED_ABOVE, self._joint.noise if self._joint else self._stated)
             if _differs(self._poses.get(pose.key), pose, MOVED_PX * self._camera.metres_per_pixel):
                 moved.append(pose)

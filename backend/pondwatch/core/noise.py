@@ -51,6 +51,13 @@ class NoiseModel:
         anywhere = np.log(self.gross * cell_m2 / (pond_m2 * turns))
         return np.asarray(np.logaddexp(np.log1p(-self.gross) + near, anywhere))
 
+    def log_density(self, pose: Float, prior: Float) -> float:
+        """Log density of one pose (3,), up to a constant; gross errors bound it from below."""
+        d2 = float(((pose[:2] - prior[:2]) ** 2).sum()) / self.sigma_xy_m**2
+        if self.sigma_theta_rad <= UNKNOWN_HEADING:
+            d2 += float(wrap_angle(pose[2] - prior[2])) ** 2 / self.sigma_theta_rad**2
+        return float(np.logaddexp(-d2 / 2, np.log(self.gross) - 4))
+
     def _log_heading(self, delta: Float, turns: int) -> Float:
         """Mass of a heading among the lattice's `turns`: a Gaussian over its sector, or even."""
         if self.sigma_theta_rad > UNKNOWN_HEADING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from .codes import SECTORS, Palette, read_codes
 from .decision import Vocabulary
 from .evidence import Evidence, Setting
 from .fill import Looks, to_pond, wholly_in_view
-from .frames import centre_px, image_to_pond, pond_to_image
+from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
 from .hypotheses import precision
-from .noise import NoiseModel
+from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound
 from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
 from .values import Camera, CorrectedPose, Float, Int, Status
@@ -25,7 +25,9 @@ ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
 ROUGH_RAD = 0.01
 SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
-TURNS_RAD = tuple(0.04 * k for k in (0, 1, -1, 2, -2, 3, -3, 4, -4))
+TURN_RAD = 0.05  # between the headings that a fit is started from where one rod alone is seen well
+INDEPENDENT_PIXELS = 60  # of a rod: its residuals go together
+RIVAL_NATS, RIVAL_PX = 4.0, 2.0  # another fit this likely, this far away, leaves a place in doubt
 MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snapshot does not show in their spread
 
 
@@ -92,34 +94,47 @@ class Placing:
                 uncertainty.append(float(covariance[0, 0] + covariance[1, 1]))
         return _required_profile(profile), float(np.median(uncertainty))
 
-    def place(self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None) -> Placed:
+    def place(
+        self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None, noise: NoiseModel
+    ) -> Placed:
         """Refine a pose; where the pixels do not bear it, keep that of the rod centres and say so."""
         if pose is None:
             return Placed(e, None, None, trust, np.zeros(0, np.int64), np.zeros((0, SECTORS, 3)), float("nan"))
         m = self._setting.camera.metres_per_pixel
         rough = np.diag([(ROUGH_PX * m) ** 2, (ROUGH_PX * m) ** 2, ROUGH_RAD**2])
         refined, covariance, residual, fitted = pose, rough, float("nan"), False
-        best = self._best_fit(e, pose, kinds, profile) if profile is not None else None
+        best = self._best_fit(e, pose, kinds, profile, noise) if profile is not None else None
         if best is not None:
-            refined, result = best
+            refined, result, alone = best
             inflation = MODEL_INFLATION * max(1.0, result.disagreement) * (1 + 2 / result.whole)
             covariance = self._covariance(result.normal, inflation * result.variance, refined[2])
-            residual, fitted = float(np.sqrt(result.variance)), True
+            residual, fitted = float(np.sqrt(result.variance)), alone
         trust = trust if fitted else min(trust, UNFITTED_TRUST)
         rods, ratio = self._looks(e, refined)
         return Placed(e, refined, covariance, trust, rods, ratio, residual)
 
-    def _best_fit(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> tuple[Float, Fit] | None:
-        """The fit with the least residual, of one start where the rods found fix the heading, of several where not."""
-        about, found = centre_px(self._setting.camera), []
-        for start in starts(pose, e.found, self._setting.camera):
+    def _best_fit(
+        self, e: Evidence, pose: Float, kinds: Int, profile: Profile, noise: NoiseModel
+    ) -> tuple[Float, Fit, bool] | None:
+        """The likeliest fit, of one start where the rods found fix the heading, of several where not; and whether no
+        other that lies elsewhere is nearly as likely."""
+        about, m = centre_px(self._setting.camera), self._setting.camera.metres_per_pixel
+        prior = e.snapshot.pose_pond
+        found: list[tuple[float, Float, Fit]] = []
+        for start in starts(pose, prior, e.found, self._setting.camera, noise):
             patches, centres = self._cut(e, start, kinds, profile.axis)
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
             if np.hypot(*result.shift[:2]) < STRAY_PX and np.linalg.cond(result.normal) < 1e9:
-                found.append((self._moved(start, result.shift), result))
-        return min(found, key=lambda f: f[1].variance) if found else None
+                at = self._moved(start, result.shift)
+                misfit = 0.5 * INDEPENDENT_PIXELS * result.whole * np.log(result.variance)
+                found.append((float(misfit - noise.log_density(at, prior)), at, result))
+        if not found:
+            return None
+        cost, at, result = min(found, key=lambda f: f[0])
+        rivals = [f for f in found if f[0] < cost + RIVAL_NATS and np.hypot(*(f[1] - at)[:2]) > RIVAL_PX * m]
+        return at, result, not rivals
 
     def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
         """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""
@@ -188,6 +203,11 @@ class Placing:
         return np.asarray(to_pond @ (variance * np.linalg.inv(normal)) @ to_pond.T + floor)
 
 
+def doubted(p: Placed, residual_limit: float) -> Placed:
+    """The same; where its pixels misfit by more than the limit, with less trust in its place."""
+    return replace(p, trust=min(p.trust, UNFITTED_TRUST)) if p.residual > residual_limit else p
+
+
 def looks_of(placed: Sequence[Placed], setting: Setting, palette: Palette | None = None) -> Looks:
     """All looks at whole rods by snapshots that have a place."""
     with_pose = [p for p in placed if p.pose is not None and len(p.rods)] if palette else []
@@ -199,18 +219,20 @@ def looks_of(placed: Sequence[Placed], setting: Setting, palette: Palette | None
     return Looks(np.concatenate([p.rods for p in with_pose]), to_pond(share, theta), trust)
 
 
-def starts(pose: Float, found: RodsFound, camera: Camera) -> list[Float]:
-    """Poses to refine from. One, where two rods or more were found precisely; where one, turned about it as well."""
+def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: NoiseModel) -> list[Float]:
+    """Poses to refine from. One, where two rods or more were found precisely; where one, turned about it as far as the
+    noisy heading may be off."""
     weight = precision(found)
     if len(weight) == 0 or weight.sum() - weight.max() > SECOND_ROD:
         return [pose]
     pivot = image_to_pond(found.centres_px[int(np.argmax(weight))], pose, camera)
-    out = []
-    for turn in TURNS_RAD:
-        c, s = np.cos(turn), np.sin(turn)
-        d = pose[:2] - pivot
-        out.append(np.array([pivot[0] + c * d[0] - s * d[1], pivot[1] + s * d[0] + c * d[1], pose[2] + turn]))
-    return out
+    reach = min(3 * noise.sigma_theta_rad, np.pi / 6)
+    middle = pose[2] if noise.sigma_theta_rad > UNKNOWN_HEADING else prior[2]
+    headings = middle + np.linspace(-reach, reach, 2 * int(np.ceil(reach / TURN_RAD)) + 1)
+    turn = np.append(wrap_angle(headings - pose[2]), 0.0)
+    c, s, d = np.cos(turn), np.sin(turn), pose[:2] - pivot
+    x, y = pivot[0] + c * d[0] - s * d[1], pivot[1] + s * d[0] + c * d[1]
+    return list(np.stack([x, y, pose[2] + turn], axis=1))
 
 
 def _required_profile(profile: Profile | None) -> Profile:

@@ -24,9 +24,11 @@ HOLLOW, FILLED, OTHER = 0, 1, 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Profile:
-    """What rods look like along their radius. value: (2, B), at radii k BIN_PX, for hollow and filled rods; outside_px:
-    rods of neither kind are compared beyond it only, where the two agree. reach_px: compared up to here. axis: (3,), the
-    weights of the colour channels that the profile is of."""
+    """What rods look like along their radius.
+
+    value: (2, B), at radii k BIN_PX, for hollow and filled rods. outside_px: rods of neither kind are compared beyond
+    it only, where the two agree. reach_px: compared up to here. axis: (3,), the weights of the colour channels.
+    """
 
     value: Float
     slope: Float
@@ -171,18 +173,17 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
     Returns:
         The motion to apply to the centres: shift (du, dv, px) and turn (rad, from u towards v).
     """
-    motion = np.zeros(3)
-    weight = _window(p, centres_px, profile)
-    count = int((weight > 0).sum())
+    motion, down = np.zeros(3), np.ones(p.value.shape)
     arm = centres_px - about_px
-    robust = weight
-    for step_number in range(iterations):
-        columns = design(p, _moved(arm, motion) + about_px, about_px, profile)
-        solved = _solve(columns, robust, count)
+    for _ in range(iterations):
+        moved = _moved(arm, motion) + about_px
+        weight = _window(p, moved, profile)
+        count = int((weight > 0).sum())
+        columns = design(p, moved, about_px, profile)
+        solved = _solve(columns, weight * down, count)
         motion = motion + np.clip(solved.step, [-1.5, -1.5, -0.04], [1.5, 1.5, 0.04])
-        if step_number < iterations - 1:
-            residual = columns[..., 7] - np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
-            robust = weight / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
+        residual = columns[..., 7] - np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
+        down = 1 / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
     disagreement = _disagreement(solved.gradients, solved.per_rod, solved.normal, solved.variance)
     return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / (np.pi * profile.reach_px**2)))
 
