@@ -10,6 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import httpx
 from playwright.sync_api import Page, sync_playwright
 
 ROOT = Path(__file__).parent.parent
@@ -29,7 +30,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as data, server(Path(data) / "demo", "demo") as url, sync_playwright() as play:
         browser = play.chromium.launch(executable_path=browser_path(), args=BROWSER_FLAGS)
         page = browser.new_page(viewport={"width": 1440, "height": 900})
-        page.goto(url)
+        page.goto(f"{url}/?session={first_session(url)}")
         wait_until_part_grown(page)
         for name, (width, height) in PICTURES.items():
             page.set_viewport_size({"width": width, "height": height})
@@ -37,6 +38,13 @@ def main() -> None:
             page.screenshot(path=folder / name)
             print(f"docs/pictures/{name}")
         browser.close()
+
+
+def first_session(url: str) -> str:
+    """The demo's, once it is open."""
+    while not (sessions := httpx.get(f"{url}/api/sessions").json()["sessions"]):
+        time.sleep(0.1)
+    return str(sessions[0]["id"])
 
 
 def wait_until_part_grown(page: Page) -> None:
