@@ -20,7 +20,8 @@ function showLive(facts, address) {
 /**
  * Figures for tests and benches, read only.
  * revision: the last held in full. paintedAt(R): epoch ms at which R, or a later one with it, was drawn; null before.
- * rasterDigest(), rawDigest(): SHA-256 of the mosaic's pixels (RGBA), hex; of the one made from raw poses. state: what the page holds.
+ * rasterDigest(), rawDigest(), pastDigest(): SHA-256 of the mosaic's pixels (RGBA), hex; of the one made from raw poses;
+ * of the one shown in review. state: what the page holds.
  * @param {Live} live
  */
 function expose(live) {
@@ -32,6 +33,7 @@ function expose(live) {
     get state() { return structuredClone({ facts: live.inspection.facts, rods: live.inspection.rods, poses: live.inspection.poses }); },
     paintedAt: (/** @type {number} */ revision) => live.view?.painted.at(revision) ?? null,
     rasterDigest: async () => (await live.view?.mosaic.digest()) ?? null,
+    pastDigest: async () => (await live.view?.past?.raster.digest()) ?? null,
     rawDigest: async () => (await live.view?.raw?.raster.digest()) ?? null,
   };
   Object.defineProperty(globalThis, 'pondwatch', { value: Object.freeze(figures), configurable: true });

@@ -18,6 +18,7 @@ export class Inspection extends EventTarget {
   dataAt = 0;
   /** Server's clock less the page's, ms. */
   clockSkewMs = 0;
+  /** In a review: the moment that is held, epoch ms, the server's clock. @type {number | null} */ heldAtMs = null;
   /** Of the last `poses`: the snapshots that came while this page watched. @type {PoseRow[]} */ fresh = [];
   #full = false;
 
@@ -26,6 +27,9 @@ export class Inspection extends EventTarget {
     super();
     this.facts = facts;
   }
+
+  /** The server's clock, or the moment that is held, epoch ms. @param {number} nowMs epoch, the page's clock */
+  serverMs(nowMs) { return this.heldAtMs ?? nowMs + this.clockSkewMs; }
 
   /** The rod's row, `unseen` where nothing was ever said. @param {string} id @returns {RodRow} */
   rod(id) {

@@ -52,6 +52,11 @@ export class Looks {
     return { looks: this.looks[i], newestMs: this.newestMs[i], sigmaM: this.sigmaM[i] };
   }
 
+  /** Share of the floor seen at all. */
+  get seenShare() {
+    return this.looks.reduce((seen, looks) => seen + (looks ? 1 : 0), 0) / this.looks.length;
+  }
+
   /** Share of the rods seen at least twice within RECENT_MS; null without a layout. */
   get twiceShare() {
     if (!this.rods.size) return null;

@@ -9,14 +9,15 @@ export const SILENT_S = 10;
 /**
  * @param {import('./inspection.js').Inspection} inspection
  * @param {number} nowMs epoch, the page's clock
+ * @param {boolean} [linked] whether the server is heard: else nobody knows whom it hears
  * @returns {RobotView[]} by name, numbers in names counted as numbers
  */
-export function robotViews(inspection, nowMs) {
-  const running = isRunning(inspection.facts.state);
+export function robotViews(inspection, nowMs, linked = true) {
+  const { state } = inspection.facts;
   return [...inspection.robots]
     .map(([name, { pose, heardAt }]) => {
-      const ageS = Number.isFinite(heardAt) ? Math.max(0, (nowMs + inspection.clockSkewMs - heardAt) / 1000) : null;
-      return { name, pose, ageS, hearing: hearingOf(ageS, running), driftM: driftOf(pose) };
+      const ageS = Number.isFinite(heardAt) ? Math.max(0, (inspection.serverMs(nowMs) - heardAt) / 1000) : null;
+      return { name, pose, ageS, hearing: hearingOf(linked ? ageS : null, state), driftM: driftOf(pose) };
     })
     .sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
 }
@@ -26,9 +27,9 @@ export function isRunning(state) {
   return !['finished', 'finishing', 'failed', 'closed'].includes(state);
 }
 
-/** @param {number | null} ageS @param {boolean} running @returns {Hearing} */
-function hearingOf(ageS, running) {
-  if (!running) return 'ended';
+/** @param {number | null} ageS @param {string} state @returns {Hearing} */
+function hearingOf(ageS, state) {
+  if (!isRunning(state)) return 'ended';
   if (ageS === null) return 'unknown';
   return ageS >= SILENT_S ? 'silent' : 'heard';
 }

@@ -5,7 +5,7 @@ import { robotViews } from './robots.js';
 const NOW = 100_000;
 function views({ heardAt = NOW, state = 'running', skew = 0, pose = {} } = {}) {
   const row = { robot: 'bubble-2', x_m: 0.3, y_m: 0.4, raw_x_m: 0, raw_y_m: 0, ...pose };
-  return robotViews({ robots: new Map([['bubble-2', { pose: row, heardAt }]]), facts: { state }, clockSkewMs: skew }, NOW);
+  return robotViews({ robots: new Map([['bubble-2', { pose: row, heardAt }]]), facts: { state }, serverMs: (now) => now + skew }, NOW);
 }
 
 test('a robot unheard for 10 s while the inspection runs is silent', () => {
@@ -32,5 +32,11 @@ test('the drift is how far the correction moved the pose', () => {
 
 test('robots are in the order of their numbers', () => {
   const robots = new Map(['r10', 'r2', 'r1'].map((name) => [name, { pose: {}, heardAt: 0 }]));
-  assert.deepEqual(robotViews({ robots, facts: { state: 'running' }, clockSkewMs: 0 }, 0).map(({ name }) => name), ['r1', 'r2', 'r10']);
+  assert.deepEqual(robotViews({ robots, facts: { state: 'running' }, serverMs: (now) => now }, 0).map(({ name }) => name), ['r1', 'r2', 'r10']);
+});
+
+test('while the server is not heard nobody knows who is silent', () => {
+  const robots = new Map([['a', { pose: {}, heardAt: 0 }]]);
+  const [view] = robotViews({ robots, facts: { state: 'running' }, serverMs: (now) => now }, NOW, false);
+  assert.deepEqual([view.hearing, view.ageS], ['unknown', 100]);
 });

@@ -16,4 +16,4 @@ export function helpDialog(actions) {
 }
 
 /** @type {Record<string, string>} */
-const NAMES = { Escape: 'Esc' };
+const NAMES = { Escape: 'Esc', ' ': 'Space' };

@@ -6,12 +6,14 @@ import { Intake } from '../live/intake.js';
 import { Link } from '../live/link.js';
 import { decode } from '../map/raster.js';
 import { format as addressOf } from '../state/address.js';
+import { attentionOf } from '../state/attention.js';
 import * as format from '../state/format.js';
 import { Inspection } from '../state/inspection.js';
 import { Options } from '../state/options.js';
 import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
+import { Attention } from './attention.js';
 import { Health } from './health.js';
 import { helpDialog } from './help.js';
 import { listen } from './keys.js';
@@ -23,6 +25,7 @@ import { Summary } from './summary.js';
 import { Tables } from './tables.js';
 import { toggleTheme } from './theme.js';
 import { Toolbar } from './toolbar.js';
+import { Timekeeper } from './timekeeper.js';
 import { TopBar } from './topbar.js';
 
 const CLOCK_MS = 250;
@@ -33,6 +36,7 @@ export class Live {
   #summary = new Summary();
   #health = new Health(() => this.#goNext());
   #legend = new LayerLegend();
+  #attention = new Attention((note) => this.#goToNote(note));
   #pulse = new Pulse();
   #mapBox = h('div', { class: 'map', id: 'map', tabindex: '0', role: 'application', 'aria-label': 'Map of the pond; arrow keys pan, plus and minus zoom' });
   #banner = h('div', { class: 'banner', role: 'alert' }, h('strong'), h('span'));
@@ -48,11 +52,13 @@ export class Live {
   constructor(facts, { rod, show }) {
     this.inspection = new Inspection(facts);
     this.options = new Options().read(show);
+    this.time = new Timekeeper(this.inspection);
+    this.#column.append(this.time.bar.element);
     this.#rodWanted = rod;
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(facts.id);
-    this.tables = new Tables(this.inspection, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
-    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.#summary.element, this.#health.element);
+    this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
+    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.#attention.element, this.#summary.element, this.#health.element);
     this.#actions = this.#makeActions();
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
@@ -79,6 +85,7 @@ export class Live {
     inspection.addEventListener('session', () => this.#revision());
     rodPanel.addEventListener('choose', () => this.#showEvidence());
     rodPanel.addEventListener('close', () => this.#chooseRod(null));
+    this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#update(); });
     this.options.addEventListener('change', () => { this.#address(); this.#update(); });
     addEventListener('online', () => link.restart());
     listen(this.#actions);
@@ -87,7 +94,7 @@ export class Live {
     link.start();
   }
 
-  get #serverMs() { return Date.now() + this.inspection.clockSkewMs; }
+  get #serverMs() { return this.inspection.serverMs(Date.now()); }
 
   /** @returns {import('./help.js').Action[]} */
   #makeActions() {
@@ -105,6 +112,10 @@ export class Live {
       { keys: ['0', 'f'], word: 'The whole pond', run: map((view) => view.map.fit()) },
       { keys: ['/'], word: 'Find a rod', run: () => document.getElementById('find')?.focus() },
       { keys: ['n'], word: 'Where to look next', run: () => this.#goNext() },
+      { keys: [' '], word: 'Hold this moment; replay or pause', run: () => this.time.toggle() },
+      { keys: [','], word: 'Back by 5 s', run: () => this.time.step(-5) },
+      { keys: ['.'], word: 'On by 5 s', run: () => this.time.step(5) },
+      { keys: ['v'], word: 'Back to live', run: () => this.time.clock.goLive() },
       { keys: ['d'], word: 'Tables', run: () => this.tables.toggle(Boolean(this.tables.element.hidden)) },
       { keys: ['t'], word: 'Light or dark', run: toggleTheme },
       { keys: ['i'], word: 'All inspections', run: () => location.assign('/?inspections') },
@@ -136,7 +147,8 @@ export class Live {
 
   #revision() {
     if (this.inspection.revision !== null) this.#view?.painted.wait(this.inspection.revision);
-    this.#view?.advance();
+    if (this.time.live) this.#view?.advance();
+    else this.#view?.repaint(); // the past stands still
     if (this.#due) return;
     this.#due = true;
     setTimeout(() => this.#update(), PANELS_MS);
@@ -144,27 +156,32 @@ export class Live {
 
   #update() {
     this.#due = false;
-    this.#summary.update(this.inspection);
+    this.#summary.update(this.time.shown);
     this.tables.update();
     const rod = this.#view?.chosenRod;
-    if (rod) this.rodPanel.show(this.inspection.rod(rod.id), rod);
+    if (rod) this.rodPanel.show(this.time.shown.rod(rod.id), rod);
     this.#tick();
   }
 
   /** What changes with time alone. */
   #tick() {
     const now = Date.now();
+    this.time.tick();
     this.#pulse.tick(this.#serverMs);
     this.#view?.recount();
     this.#bar.update(this.inspection, this.link, now);
-    const robots = robotViews(this.inspection, now);
+    const linked = this.link.state === 'live' || this.link.state === 'reconnecting' || !this.time.live;
+    const robots = robotViews(this.time.shown, now, linked);
+    if (this.#view) this.#view.linked = linked;
     this.strip.update(robots);
     const hearing = robots.map((robot) => robot.hearing).join();
     if (hearing !== this.#hearing) this.#view?.repaint();
     this.#hearing = hearing;
-    this.#health.update(this.#pulse, this.inspection, this.#view?.looks ?? null);
-    this.#legend.update(this.options, this.#view?.raw ?? null);
+    this.#attention.update(attentionOf(this.time.shown, robots, this.#view?.looks ?? null));
+    this.#health.update(this.#pulse, this.time.shown, this.#view?.looks ?? null);
+    this.#legend.update(this.options, this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null);
     setAttribute(this.#main, 'data-link', this.link.state);
+    setAttribute(this.#main, 'data-mode', this.time.live ? 'live' : 'review');
     if (this.link.state === 'disconnected') {
       const asOf = this.inspection.dataAt ? `The picture is ${format.age((now - this.inspection.dataAt) / 1000)} old.` : 'Nothing was received yet.';
       this.#say('DISCONNECTED', `${asOf} Server last heard ${format.age(this.link.silenceMs / 1000)} ago; trying again.`);
@@ -180,7 +197,7 @@ export class Live {
   /** @param {{xM: number, yM: number}} at */
   #point({ xM, yM }) {
     const cell = this.#view?.looks?.at(xM, yM);
-    const seen = cell?.looks ? `seen ${cell.looks} ×, ${format.age((this.#serverMs - cell.newestMs) / 1000)} ago` : cell ? 'never seen' : 'outside';
+    const seen = cell?.looks ? `seen ${cell.looks} ×, ${format.age((this.time.shown.serverMs(Date.now()) - cell.newestMs) / 1000)} ago` : cell ? 'never seen' : 'outside';
     setText(this.#cursor, `${format.place(xM, yM)}   ${seen}`);
   }
 
@@ -199,7 +216,7 @@ export class Live {
     this.#view.chosenRod = rod;
     this.#view.evidence = null;
     this.#address();
-    if (rod) void this.rodPanel.open(this.inspection.rod(rod.id), rod);
+    if (rod) void this.rodPanel.open(this.time.shown.rod(rod.id), rod);
     else if (this.rodPanel.rodId) this.rodPanel.close();
     this.#view.repaint();
   }
@@ -230,6 +247,14 @@ export class Live {
   /** @param {import('../state/robots.js').RobotView} robot */
   #goToRobot({ pose }) {
     if (pose.x_m !== null && pose.y_m !== null) this.#view?.map.goTo(pose.x_m, pose.y_m);
+  }
+
+  /** @param {import('../state/attention.js').Note} note */
+  #goToNote({ rod, robot, place }) {
+    if (rod) this.#find(rod);
+    const view = robotViews(this.time.shown, Date.now()).find(({ name }) => name === robot);
+    if (view) this.#goToRobot(view);
+    if (place) this.#goNext();
   }
 
   /** The view as the page's address. */

@@ -6,7 +6,7 @@ import { Overlay } from '../map/overlay.js';
 import { paintChosen, paintFloor, paintMosaic, paintNext, paintOutline, paintRobots, paintRods } from '../map/painters.js';
 import { PondMap } from '../map/pondmap.js';
 import { RasterCanvas } from '../map/raster.js';
-import { RawMosaic } from '../map/rawmosaic.js';
+import { SnapshotMosaic, asCorrected, asSaid } from '../map/snapshotmosaic.js';
 import { Symbols } from '../map/symbols.js';
 import { paintGrid, paintTracks } from '../map/tracks.js';
 import { Looks } from '../state/looks.js';
@@ -33,7 +33,9 @@ export class PondView extends EventTarget {
   painted = new Painted();
   /** @type {RodLayout | null} */ chosenRod = null;
   /** @type {Evidence | null} */ evidence = null;
-  /** @type {RawMosaic | null} */ raw = null;
+  /** The snapshots where the robots said they were, while that is shown. @type {SnapshotMosaic | null} */ raw = null;
+  /** The snapshots as far as a moment of the past, while that is shown. @type {SnapshotMosaic | null} */ past = null;
+  /** Whether the server is heard. */ linked = true;
   /** @type {Looks | null} */ looks = null;
   /** Where to look next, while that is pointed at. @type {{xM: number, yM: number} | null} */ pointed = null;
 
@@ -63,7 +65,7 @@ export class PondView extends EventTarget {
   /** Everything derived, anew: options changed, or some time passed. */
   refresh() {
     this.recount(true);
-    if (this.#options.picture === 'raw') this.#fillRaw();
+    this.#fill();
     this.repaint();
   }
 
@@ -73,7 +75,7 @@ export class PondView extends EventTarget {
     const at = performance.now();
     const stale = revision !== this.#countedRevision || this.#options.layer === 'age';
     if (!this.looks || (!now && (!stale || at - this.#countedAt < RECOUNT_MS))) return;
-    const serverMs = Date.now() + this.#inspection.clockSkewMs;
+    const serverMs = this.#inspection.serverMs(Date.now());
     this.looks.count(this.#inspection.poses.values(), serverMs);
     const { layer } = this.#options;
     if (layer !== 'none') this.#overlay.fill(this.looks, layer, serverMs, this.mosaic.raster.metres_per_pixel, this.#colours);
@@ -82,35 +84,51 @@ export class PondView extends EventTarget {
     if (layer !== 'none') this.repaint();
   }
 
+  /** Show another moment. @param {import('../state/inspection.js').Inspection} shown @param {boolean} live */
+  show(shown, live) {
+    this.#inspection = shown;
+    this.#live = live;
+    this.refresh();
+  }
+  #live = true;
+
   /** New snapshots came. */
   advance() {
-    if (this.#options.picture === 'raw') this.raw?.update(this.#inspection.poses.values());
+    this.#fill();
     this.recount();
     this.repaint();
   }
 
-  #fillRaw() {
+  /** Fill the mosaic that is made here, where one is shown. */
+  #fill() {
     const { camera, id } = this.#inspection.facts;
     if (!camera) return;
-    if (!this.raw) {
-      this.raw = new RawMosaic(this.mosaic.raster, this.#pond, camera, (key) => snapshotUrl(id, key));
-      this.raw.addEventListener('drawn', () => this.repaint());
-    }
-    this.raw.update(this.#inspection.poses.values());
+    const make = (/** @type {import('../map/snapshotmosaic.js').Placing} */ placing) => {
+      const made = new SnapshotMosaic(this.mosaic.raster, this.#pond, camera, (key) => snapshotUrl(id, key), placing);
+      made.addEventListener('drawn', () => this.repaint());
+      return made;
+    };
+    if (this.#options.picture === 'raw') (this.raw ??= make(asSaid)).show(this.#inspection.poses.values());
+    else if (!this.#live) (this.past ??= make(asCorrected)).show(this.#inspection.poses.values());
+  }
+
+  get #raster() {
+    if (this.#options.picture === 'raw' && this.raw) return this.raw.raster;
+    return !this.#live && this.past ? this.past.raster : this.mosaic;
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Frame} frame */
   #paint(context, frame) {
     const { marks, picture, layer, opacity } = this.#options;
     const { camera } = this.#inspection.facts;
-    const robots = robotViews(this.#inspection, Date.now());
+    const robots = robotViews(this.#inspection, Date.now(), this.linked);
     paintFloor(context, frame, this.#pond, this.#colours);
-    paintMosaic(context, frame, picture === 'raw' && this.raw ? this.raw.raster : this.mosaic, this.#pond);
+    paintMosaic(context, frame, this.#raster, this.#pond);
     if (layer !== 'none') this.#overlay.paint(context, frame, this.#pond);
     if (marks.grid) paintGrid(context, frame, this.#pond, this.#colours);
     if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity);
     if (marks.tracks) paintTracks(context, frame, this.#inspection.poses.values(), this.#colours);
-    if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(asSaid) : robots, camera, this.#colours);
+    if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(whereSaid) : robots, camera, this.#colours);
     if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);
     if (this.chosenRod) paintChosen(context, frame, this.chosenRod, this.#colours);
     if (this.evidence && camera) this.#paintEvidence(context, frame, this.evidence, camera);
@@ -138,7 +156,7 @@ export class PondView extends EventTarget {
 }
 
 /** A robot where it said that it was. @param {import('../state/robots.js').RobotView} robot */
-function asSaid(robot) {
+function whereSaid(robot) {
   const { raw_x_m = null, raw_y_m = null, raw_theta_rad = null } = robot.pose;
   return { ...robot, pose: { ...robot.pose, x_m: raw_x_m, y_m: raw_y_m, theta_rad: raw_theta_rad } };
 }

@@ -50,7 +50,7 @@ class Card {
     this.#robot = robot;
     const { pose, ageS, hearing, driftM } = robot;
     setAttribute(this.element, 'data-hearing', hearing);
-    setText(this.#state, hearing === 'silent' ? `SILENT ${format.age(ageS)}` : hearing === 'ended' ? 'ended' : format.age(ageS));
+    setText(this.#state, hearing === 'silent' ? `SILENT ${format.age(ageS)}` : hearing === 'ended' ? 'ended' : hearing === 'unknown' ? `? ${format.age(ageS)}` : format.age(ageS));
     setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
       : `${pose.x_m.toFixed(2)}, ${pose.y_m.toFixed(2)} m  ${format.angle(pose.theta_rad)}`);
     setText(this.#how, `#${pose.sequence} ${STATUS_WORDS[pose.status]}${driftM === null ? '' : `, moved ${format.length(driftM)}`}`);

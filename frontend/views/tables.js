@@ -18,7 +18,7 @@ const HEADS = {
 };
 
 export class Tables {
-  #inspection;
+  #of;
   #looks;
   #choose;
   /** @type {Tab} */ #tab = 'rods';
@@ -27,9 +27,9 @@ export class Tables {
   #tabs;
   #body = h('div', { class: 'table-scroll', tabindex: '0', role: 'region', 'aria-label': 'Table' });
 
-  /** @param {Inspection} inspection @param {() => import('../state/looks.js').Looks | null} looks @param {(rodId: string) => void} choose @param {() => void} close */
-  constructor(inspection, looks, choose, close) {
-    this.#inspection = inspection;
+  /** @param {() => Inspection} of @param {() => import('../state/looks.js').Looks | null} looks @param {(rodId: string) => void} choose @param {() => void} close */
+  constructor(of, looks, choose, close) {
+    this.#of = of;
     this.#looks = looks;
     this.#choose = choose;
     this.#tabs = /** @type {Tab[]} */ (Object.keys(HEADS)).map((tab) => h('button', { type: 'button', 'data-tab': tab, text: wordFor(tab), onClick: () => this.#show(tab) }));
@@ -65,8 +65,8 @@ export class Tables {
   /** @returns {(string | Node)[][]} */
   #rods() {
     const looks = this.#looks();
-    const nowMs = Date.now() + this.#inspection.clockSkewMs;
-    const rods = (this.#inspection.facts.pond?.rods ?? []).map((layout) => ({ layout, row: this.#inspection.rod(layout.id) }));
+    const nowMs = this.#of().serverMs(Date.now());
+    const rods = (this.#of().facts.pond?.rods ?? []).map((layout) => ({ layout, row: this.#of().rod(layout.id) }));
     return rods.filter(({ row }) => !this.#filter.value || verdictOf(row) === this.#filter.value).map(({ layout, row }) => {
       const seenMs = looks?.rods.get(layout.id)?.newestMs;
       const open = h('button', { type: 'button', class: 'plain', text: layout.id, onClick: () => this.#choose(layout.id) });
@@ -76,12 +76,12 @@ export class Tables {
   }
 
   #robots() {
-    return robotViews(this.#inspection, Date.now()).map(({ name, pose, ageS, hearing, driftM }) => [name,
+    return robotViews(this.#of(), Date.now()).map(({ name, pose, ageS, hearing, driftM }) => [name,
       hearing === 'silent' ? `SILENT ${format.age(ageS)}` : `${format.age(ageS)} ago`, `#${pose.sequence}`, pose.status, ...place(pose), format.length(driftM)]);
   }
 
   #snapshots() {
-    const newest = [...this.#inspection.poses.values()].sort((a, b) => (b.received_at ?? '').localeCompare(a.received_at ?? ''));
+    const newest = [...this.#of().poses.values()].sort((a, b) => (b.received_at ?? '').localeCompare(a.received_at ?? ''));
     return newest.map((pose) => [pose.robot, `#${pose.sequence}`, format.moment(pose.received_at), pose.status, ...place(pose), format.length(pose.sigma_xy_m)]);
   }
 }

@@ -11,12 +11,12 @@ from .conftest import Desk, eventually
 from .test_page_live import digest_of
 
 pytestmark = pytest.mark.browser
-COUNT = 40
+COUNT = 35
 
 
 @pytest.fixture(scope="module")
 def still() -> Iterator[FakeServer]:
-    """A server that the tests here only look at: 40 snapshots, poses that came in right."""
+    """A server that the tests here only look at: 35 snapshots, all placed, poses that came in right."""
     with serving(Movie(drift_m=0.0)) as running:
         running.source.session["state"] = "finished"  # no robot falls silent meanwhile
         running.advance(COUNT)
@@ -79,6 +79,44 @@ def test_raw_poses_are_one_key_away_unmistakable_and_drawn_where_the_robots_said
 
     console.page.keyboard.press("c")
     assert not console.page.locator("#raw-note").is_visible()
+
+
+def test_the_past_is_shown_as_such_and_only_what_was_seen_by_then(console: Desk, still: FakeServer) -> None:
+    assert still.movie
+    page = console.page
+    page.locator("#scrub").fill("0")
+
+    assert console.says("#moment", "REVIEW")
+    assert page.locator("#review-note").is_visible()
+    assert console.says("#count-snapshots", "1")
+    first = digest_of(still.movie, still, 1)
+    assert eventually(lambda: console.figure("pastDigest()") == first)
+    page.locator("#scrub").fill("2000")
+    everything = digest_of(still.movie, still)
+    assert eventually(lambda: console.figure("pastDigest()") == everything)
+    page.locator("#scrub").fill("0")
+    assert eventually(lambda: console.figure("pastDigest()") == first)
+
+    page.keyboard.press("v")
+    assert console.says("#moment", "now")
+    assert console.says("#count-snapshots", str(COUNT))
+    assert not page.locator("#review-note").is_visible()
+
+
+def test_news_that_comes_during_a_review_is_there_on_the_way_back(desk: Desk) -> None:
+    with serving() as running:
+        running.advance(10)
+        desk.open(running)
+        assert desk.shows(10)
+        desk.page.keyboard.press(" ")
+        assert desk.says("#moment", "REVIEW")
+        running.advance(5)
+        assert desk.shows(15)
+        assert desk.says("#count-snapshots", "10")
+
+        desk.page.locator("#go-live").click()
+
+        assert desk.says("#count-snapshots", "15")
 
 
 def test_a_rod_leads_to_the_snapshots_that_show_it_in_two_clicks(console: Desk, still: FakeServer) -> None:

@@ -1,0 +1,84 @@
+// @ts-check
+/**
+ * One clock for all panels: live, or a moment of the past that can be held, moved and replayed. And the inspection as
+ * far as that moment, as it is known now: what was seen by then, at today's corrected places. Pure.
+ */
+
+import { Inspection } from './inspection.js';
+import { Looks } from './looks.js';
+
+export const SPEEDS = [1, 5, 20, 60];
+
+export class Clock extends EventTarget {
+  /** The moment shown, epoch ms, the server's clock; null: live. @type {number | null} */ atMs = null;
+  playing = false;
+  speed = 5;
+
+  get live() { return this.atMs === null; }
+
+  /** @param {number} atMs */
+  seek(atMs) {
+    this.atMs = atMs;
+    this.dispatchEvent(new Event('change'));
+  }
+
+  goLive() {
+    this.playing = false;
+    this.atMs = null;
+    this.dispatchEvent(new Event('change'));
+  }
+
+  /** Hold, or go on; from live it holds the moment. @param {number} nowMs the server's clock */
+  toggle(nowMs) {
+    if (this.atMs === null) this.atMs = nowMs;
+    else this.playing = !this.playing;
+    this.dispatchEvent(new Event('change'));
+  }
+
+  /** Time passed; a replay that reaches the end of what there is holds there. @param {number} passedMs @param {number} lastMs */
+  tick(passedMs, lastMs) {
+    if (this.atMs === null || !this.playing) return;
+    const next = this.atMs + passedMs * this.speed;
+    if (next >= lastMs) this.playing = false;
+    this.seek(Math.min(next, lastMs));
+  }
+}
+
+/** First and last arrival, epoch ms; null where there is none. @param {Inspection} inspection @returns {[number, number] | null} */
+export function spanOf(inspection) {
+  let [first, last] = [Infinity, -Infinity];
+  for (const { received_at } of inspection.poses.values()) {
+    const atMs = Date.parse(received_at ?? '');
+    if (atMs < first) first = atMs;
+    if (atMs > last) last = atMs;
+  }
+  return first <= last ? [first, last] : null;
+}
+
+/**
+ * The inspection as far as a moment. A rod that nobody had looked at by then is not observed.
+ * @param {Inspection} inspection @param {number} atMs epoch, the server's clock
+ */
+export function asOf(inspection, atMs) {
+  const { facts } = inspection;
+  const past = new Inspection({ ...facts, state: 'review' });
+  past.heldAtMs = atMs;
+  past.raster = inspection.raster;
+  const poses = [...inspection.poses.values()].filter(({ received_at }) => Date.parse(received_at ?? '') <= atMs);
+  past.apply({ type: 'poses', poses }, 0);
+  const counts = { snapshots: poses.length, placed: 0, uncertain: 0, rejected: 0 };
+  for (const { status } of poses) counts[status] += 1;
+  past.facts.counts = counts;
+  past.facts.coverage = null;
+  if (facts.pond && facts.camera) showSeen(past, inspection, facts.pond, facts.camera, poses, atMs);
+  past.revision = inspection.revision;
+  return past;
+}
+
+/** @param {Inspection} past @param {Inspection} inspection @param {Pond} pond @param {Camera} camera @param {PoseRow[]} poses @param {number} atMs */
+function showSeen(past, inspection, pond, camera, poses, atMs) {
+  const looks = new Looks(pond, camera);
+  looks.count(poses, atMs);
+  past.facts.coverage = looks.seenShare;
+  for (const [id, { newestMs }] of looks.rods) if (newestMs) past.rods.set(id, inspection.rod(id));
+}

@@ -1,0 +1,69 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { Inspection } from './inspection.js';
+import { robotViews } from './robots.js';
+import { Clock, asOf, spanOf } from './review.js';
+
+const T = Date.parse('2030-01-01T12:00:00Z');
+const at = (s) => new Date(T + 1000 * s).toISOString();
+const pose = (robot, sequence, s, x_m, status = 'placed') => ({ robot, sequence, x_m, y_m: 0.5, theta_rad: 0, status, received_at: at(s) });
+
+function inspection() {
+  const camera = { width_px: 20, height_px: 10, metres_per_pixel: 0.01 };
+  const rods = [{ id: 'early', x_m: 0.1, y_m: 0.5 }, { id: 'late', x_m: 0.9, y_m: 0.5 }];
+  const made = new Inspection({ id: 's', name: 'n', state: 'open', revision: 0, camera, pond: { width_m: 1, height_m: 1, rods } });
+  made.apply({ type: 'poses', poses: [pose('a', 1, 0, 0.1), pose('a', 2, 10, 0.5, 'uncertain'), pose('a', 3, 20, 0.9)] }, 0);
+  made.apply({ type: 'rods', rods: ['early', 'late'].map((rod_id) => ({ rod_id, state: 'full', fill: 1, views: 1 })) }, 0);
+  return made;
+}
+
+test('the past holds what had come by then, and nothing later', () => {
+  const past = asOf(inspection(), T + 12_000);
+  assert.deepEqual(past.facts.counts, { snapshots: 2, placed: 1, uncertain: 1, rejected: 0 });
+  assert.equal(past.robots.get('a').pose.sequence, 2);
+});
+
+test('a rod nobody had looked at by then is not observed, whatever is known now', () => {
+  const past = asOf(inspection(), T + 12_000);
+  assert.deepEqual([past.rod('early').state, past.rod('late').state], ['full', 'unseen']);
+});
+
+test('ages are those of that moment', () => {
+  const [robot] = robotViews(asOf(inspection(), T + 12_000), Date.now());
+  assert.equal(robot.ageS, 2);
+});
+
+test('the coverage is that of the moment', () => {
+  const [early, late] = [asOf(inspection(), T), asOf(inspection(), T + 20_000)];
+  assert.ok(Math.abs(early.facts.coverage - 0.02) < 0.002);
+  assert.ok(Math.abs(late.facts.coverage - 0.06) < 0.006);
+});
+
+test('the span is from the first arrival to the last', () => {
+  assert.deepEqual(spanOf(inspection()), [T, T + 20_000]);
+  assert.equal(spanOf(new Inspection({})), null);
+});
+
+test('a replay runs at its speed, holds at the end, and goes back to live only when asked', () => {
+  const clock = new Clock();
+  clock.tick(1000, 50_000);
+  assert.ok(clock.live);
+  clock.seek(10_000);
+  clock.tick(1000, 50_000);
+  assert.equal(clock.atMs, 10_000);
+  clock.toggle(0);
+  clock.speed = 20;
+  clock.tick(1000, 50_000);
+  assert.equal(clock.atMs, 30_000);
+  clock.tick(1000, 50_000);
+  clock.tick(1000, 50_000);
+  assert.deepEqual([clock.atMs, clock.playing, clock.live], [50_000, false, false]);
+  clock.goLive();
+  assert.ok(clock.live);
+});
+
+test('from live, the first press holds the moment', () => {
+  const clock = new Clock();
+  clock.toggle(7000);
+  assert.deepEqual([clock.atMs, clock.playing], [7000, false]);
+});
