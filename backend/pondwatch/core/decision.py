@@ -153,21 +153,29 @@ def chains(evidence: Sequence[Evidence]) -> tuple[Int, Int]:
     return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
 
 
-def tie_errors(evidence: Sequence[Evidence], noise: NoiseModel, first: Int, second: Int) -> list[Tie]:
-    """Ties by a first-order autoregressive error of the pose: the log of the conditional over the marginal density,
-    with the share of gross errors as an escape."""
+def tie_errors(evidence: Sequence[Evidence], noise: NoiseModel, setting: Setting, first: Int, second: Int) -> list[Tie]:
+    """Ties by a first-order autoregressive error of the pose, for robots whose drift is smooth.
+
+    The factor is the density of the second error given the first over its density alone, so that the priors of the
+    two still count. Either may be a gross error, which says nothing of the other.
+    """
     if noise.correlation <= 0:
         return []
-    rho, sigma = noise.correlation, noise.sigma_xy_m
-    left = sigma**2 * (1 - rho**2)
-    escape = np.log(max(2 * noise.gross, 0.01))
+    rho, left = noise.correlation, 1 - noise.correlation**2
+    anywhere = np.log(noise.gross) + np.log(2 * np.pi * noise.sigma_xy_m**2 / _areas(setting)[0])
+    sound = np.log1p(-noise.gross)
+    errors = [_errors(e) / noise.sigma_xy_m for e in evidence]
+    alone = [np.logaddexp(sound - (x**2).sum(axis=1) / 2, anywhere) for x in errors]
+    regular = [sound - (x**2).sum(axis=1) / 2 - u for x, u in zip(errors, alone, strict=True)]
     ties = []
     for a, b in zip(first, second, strict=True):
-        ea = np.vstack([_errors(evidence[a]) / sigma, [[np.nan, np.nan]]])
-        eb = np.vstack([_errors(evidence[b]) / sigma, [[np.nan, np.nan]]])
-        step = ((eb[None] - rho * ea[:, None]) ** 2).sum(axis=-1) * sigma**2 / (2 * left)
-        gain = -step + (eb[None] ** 2).sum(axis=-1) / 2 - np.log(1 - rho**2)
-        ties.append(Tie(int(a), int(b), np.logaddexp(np.nan_to_num(gain, nan=0.0), escape)))
+        ea, eb = errors[a], errors[b]
+        factor = np.zeros((len(ea) + 1, len(eb) + 1))
+        step = -((eb[None] - rho * ea[:, None]) ** 2).sum(axis=-1) / (2 * left) - np.log(left)
+        fresh = np.log(np.maximum(-np.expm1(np.minimum(regular[a], -1e-12)), 1e-12))
+        near = np.logaddexp(regular[a][:, None] + step, fresh[:, None] - (eb**2).sum(axis=1) / 2)
+        factor[:-1, :-1] = np.logaddexp(sound + near, anywhere) - alone[b]
+        ties.append(Tie(int(a), int(b), factor))
     return ties
 
 

@@ -153,7 +153,7 @@ class LatticeCorrector:
     ) -> Joint:
         vocabulary = dec.Vocabulary.learn(evidence)
         tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
-        ties = dec.tie_errors(evidence, noise, first, second)
+        ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
         decisions = decide(problem, self._seed, restarts)
         return Joint(vocabulary, noise, problem, decisions[0], dec.trust(problem, decisions), len(decisions))
@@ -175,7 +175,7 @@ class LatticeCorrector:
         return out, widened
 
     def _lost(self, e: Evidence, i: int, joint: Joint) -> bool:
-        """Whether a snapshot's place is none, is far from its noisy pose, or contradicts what others say of its rods."""
+        """Whether a place is none, far from the noisy pose, or contradicted by what others say of its rods."""
         choice, problem = int(joint.decision.choice[i]), joint.problem
         at = choice - int(problem.start[i])
         if at >= len(e.places):
@@ -250,7 +250,7 @@ class LatticeCorrector:
 
 def _gains(table: dec.Table, state: Float) -> Float:
     """(E,): nats that each look speaks for its place, given what its rod is known to hold."""
-    return np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30))
+    return np.asarray(np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30)))
 
 
 def _spread(evidence: list[Evidence], joint: Joint) -> tuple[Float, Float, Float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from . import states
@@ -13,13 +14,14 @@ from .decision import Vocabulary
 from .evidence import Evidence, Setting
 from .fill import Looks, to_pond, wholly_in_view
 from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
-from .hypotheses import precision
+from .hypotheses import describe, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
-from .observe import RodsFound
+from .observe import RodsFound, find_rods
 from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
 from .values import Camera, CorrectedPose, Float, Int, Status
 
 TEACHERS = 56  # snapshots that the profile is learned from
+FOCUS_PX = 2.0  # blur of a first fit from afar
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed
 ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
@@ -119,22 +121,45 @@ class Placing:
         """The likeliest fit, of one start where the rods found fix the heading, of several where not; and whether no
         other that lies elsewhere is nearly as likely."""
         about, m = centre_px(self._setting.camera), self._setting.camera.metres_per_pixel
-        prior = e.snapshot.pose_pond
-        found: list[tuple[float, Float, Fit]] = []
-        for start in starts(pose, prior, e.found, self._setting.camera, noise):
+        prior, found = e.snapshot.pose_pond, list[tuple[Float, Fit]]()
+        several = starts(pose, prior, e.found, self._setting.camera, noise)
+        for start in several:
+            if len(several) > 1:
+                start = self._focused(e, start, kinds, profile)
             patches, centres = self._cut(e, start, kinds, profile.axis)
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
             if np.hypot(*result.shift[:2]) < STRAY_PX and np.linalg.cond(result.normal) < 1e9:
                 at = self._moved(start, result.shift)
-                misfit = 0.5 * INDEPENDENT_PIXELS * result.whole * np.log(result.variance)
-                found.append((float(misfit - noise.log_density(at, prior)), at, result))
+                found.append((at, result))
         if not found:
             return None
-        cost, at, result = min(found, key=lambda f: f[0])
-        rivals = [f for f in found if f[0] < cost + RIVAL_NATS and np.hypot(*(f[1] - at)[:2]) > RIVAL_PX * m]
-        return at, result, not rivals
+        least = min(r.variance for _, r in found)
+        geometry = self._geometry(e, [at for at, _ in found])
+        cost = [
+            0.5 * INDEPENDENT_PIXELS * r.whole * np.log(r.variance / least) - noise.log_density(at, prior) - g
+            for (at, r), g in zip(found, geometry, strict=True)
+        ]
+        best = int(np.argmin(cost))
+        at, result = found[best]
+        away = [np.hypot(*(other - at)[:2]) > RIVAL_PX * m for other, _ in found]
+        return at, result, not any(c < cost[best] + RIVAL_NATS for c, far in zip(cost, away, strict=True) if far)
+
+    def _geometry(self, e: Evidence, poses: list[Float]) -> Float:
+        """Nats against each of several poses, for rods missing or unexplained; nothing where there is one only."""
+        if len(poses) == 1:
+            return np.zeros(1)
+        found = find_rods(e.snapshot.image, self._setting.band)
+        return describe(np.array(poses), found, self._setting.layout, self._setting.camera).geometry
+
+    def _focused(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> Float:
+        """A first fit, out of focus, which reaches further; the pose as it was where it strays."""
+        patches, centres = self._cut(e, pose, kinds, profile.axis, FOCUS_PX)
+        if not len(centres):
+            return pose
+        shift = fit(patches, centres, centre_px(self._setting.camera), profile.blurred(FOCUS_PX), 4).shift
+        return self._moved(pose, shift) if np.hypot(*shift[:2]) < 3 * STRAY_PX else pose
 
     def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
         """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""
@@ -147,7 +172,7 @@ class Placing:
             return CorrectedPose(key, p.pose, p.covariance, Status.PLACED, odds)
         return CorrectedPose(key, p.pose, p.covariance + (1 - p.trust) * wide, Status.UNCERTAIN, odds)
 
-    def _cut(self, e: Evidence, pose: Float, kinds: Int, axis: Float) -> tuple[Patches, Float]:
+    def _cut(self, e: Evidence, pose: Float, kinds: Int, axis: Float, blur_px: float = 0.0) -> tuple[Patches, Float]:
         """The pixels around the rods in view, through the channel weights `axis`, and where the pose puts the rods."""
         camera, reach = self._setting.camera, self._reach_px
         near = self._setting.layout.tree.query_ball_point(
@@ -158,6 +183,7 @@ class Placing:
         size = np.array([camera.width_px, camera.height_px])
         seen = ((centres > -0.6 * reach) & (centres < size - 1 + 0.6 * reach)).all(axis=-1)
         grey = np.asarray(e.snapshot.image @ axis.astype(np.float32), dtype=np.float32)
+        grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur_px), dtype=np.float32) if blur_px else grey
         return cut(grey, centres[seen], kinds[rods[seen]], reach), centres[seen]
 
     def _rings(self, e: Evidence, pose: Float) -> tuple[Float, Float]:

@@ -10,10 +10,11 @@ the view. The covariance comes from the normal matrix and from how much the rods
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.ndimage import gaussian_filter1d
 
 from .values import Bool, Float, Float32, Int
 
@@ -44,6 +45,11 @@ class Profile:
         apart = (np.abs(value[0] - value[1]) > 0.06 * contrast) & (radii < reach_px - 3)
         outside = float(radii[apart].max(initial=0.0)) + 1.0
         return cls(value, np.gradient(value, BIN_PX, axis=1), max(outside, 1.15 * inner_px), reach_px, axis)
+
+    def blurred(self, sigma_px: float) -> Profile:
+        """The same seen out of focus, for a first fit from afar."""
+        value = gaussian_filter1d(self.value, sigma_px / BIN_PX, axis=1, mode="nearest")
+        return replace(self, value=value, slope=np.gradient(value, BIN_PX, axis=1))
 
     def at(self, r_px: Float, kind: Int) -> tuple[Float, Float]:
         """Value and slope at radii (K, P) for rods of kinds (K,)."""
@@ -224,7 +230,8 @@ def _solve(columns: Float, weight: Float, count: int) -> _Solved:
     gain = light[:, 0]
     per_rod = reduced[:, :3, :3] * (gain**2)[:, None, None]
     gradients = reduced[:, :3, 3] * gain[:, None]
-    normal = per_rod.sum(axis=0) + np.diag([1e-9] * 3)
+    normal = per_rod.sum(axis=0)
+    normal = normal + np.diag(1e-6 * np.diag(normal) + 1e-6)
     freedom = max(count - 4 * len(gain) - 3, 1)
     variance = float(reduced[:, 3, 3].sum() / max(float(weight.sum()), 1.0) * count / freedom)
     return _Solved(np.linalg.solve(normal, gradients.sum(axis=0)), light, normal, gradients, per_rod, variance)
