@@ -29,6 +29,13 @@ POLICY = (
 )
 
 
+def free_port() -> int:
+    """A port that the system says is free."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
 class FakeServer:
     """A server at `url`. `advance` makes news of the movie; `stop` and `start` again cut the link."""
 
@@ -36,9 +43,7 @@ class FakeServer:
         self.source, self.movie, self.timing = source, movie, timing or Timing()
         self.bus = LocalBus()
         self.listening = True
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
+        self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
 
     def start(self) -> None:
