@@ -29,6 +29,7 @@ ROUGH_RAD = 0.01
 SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
 TURN_RAD = 0.05  # between the headings that a fit is started from where one rod alone is seen well
 INDEPENDENT_PIXELS = 60  # of a rod: its residuals go together
+UNEXPLAINED = 3.0  # times the least variance: what pixels would cost a fit that leaves their rods out
 RIVAL_NATS, RIVAL_PX = 4.0, 2.0  # another fit this likely, this far away, leaves a place in doubt
 MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snapshot does not show in their spread
 
@@ -138,7 +139,9 @@ class Placing:
         least = min(r.variance for _, r in found)
         geometry = self._geometry(e, [at for at, _ in found])
         cost = [
-            0.5 * INDEPENDENT_PIXELS * r.whole * np.log(r.variance / least) - noise.log_density(at, prior) - g
+            0.5 * INDEPENDENT_PIXELS * r.whole * np.log(r.variance / least / UNEXPLAINED)
+            - noise.log_density(at, prior)
+            - g
             for (at, r), g in zip(found, geometry, strict=True)
         ]
         best = int(np.argmin(cost))
