@@ -68,7 +68,8 @@ def photograph(floor: Float32, pose: Float, noise: float, rng: np.random.Generat
     if murk:
         vignette = 1 - 0.3 * ((a / WIDTH) ** 2 + (b / HEIGHT) ** 2)
         light = 1 + 0.1 * _noise(rng, (HEIGHT, WIDTH), 15)
-        seen = ((1 - murk) * seen + murk * 100) * (vignette * light).astype(np.float32) * np.float32(rng.uniform(0.8, 1.1))
+        lit = (vignette * light * rng.uniform(0.8, 1.1)).astype(np.float32)
+        seen = ((1 - murk) * seen + murk * 100) * lit
     return seen + noise * rng.standard_normal(seen.shape).astype(np.float32)
 
 
@@ -76,7 +77,7 @@ def inspect(
     kind: str, seed: int, count: int = 60, *, pond_px: tuple[int, int] = (420, 300), sigma_px: float = 19.0,
     sigma_rad: float = 0.1, noise: float = 2.0, murk: float = 0.0, claimed: float | None = 1.0,
 ) -> Swarm:  # fmt: skip
-    """A swarm of three robots over a floor. claimed: how many times the true noise the session claims; None: nothing."""
+    """A swarm of three robots over a floor. claimed: how many times the true noise the session claims, or nothing."""
     rng = np.random.default_rng(seed + 1000)
     floor = draw_floor(kind, pond_px, seed)
     low, high = np.array([60.0, 50.0, -1.0]), np.array([pond_px[0] - 60.0, pond_px[1] - 50.0, 1.0])

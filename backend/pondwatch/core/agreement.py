@@ -80,7 +80,7 @@ class Agreement:
         """The best fits that stand above what wrong ones reach, or the upper half where they do not stand out."""
         best, wrong = np.array(self._best), np.array([z for z, _ in self._wrong])
         above = best[best > np.quantile(wrong, 0.95)]
-        return above if len(above) >= max(3, len(best) // 4) else best[best >= np.median(best)]
+        return np.asarray(above if len(above) >= max(3, len(best) // 4) else best[best >= np.median(best)])
 
     def log_ratio(self, z: float, shared: float) -> float:
         """Nats for a fit with agreement z over the share `shared` of a snapshot: right against wrong."""

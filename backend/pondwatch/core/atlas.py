@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import posegraph as se2
-from .placing import LEAST_REACH, REACH_SIGMAS, SURE_NATS, Neighbours, Placer, mean_pose
-from .registration import Fit, View
+from .neighbours import LEAST_REACH, REACH_SIGMAS, SURE_NATS, Neighbours, Placer, mean_pose
+from .pairfit import Fit
+from .registration import View
 from .values import Bool, Float, Int
 
 FIRST_SEARCHES = 10  # that cannot be right, before any place is believed
@@ -153,7 +154,7 @@ class Atlas:
         limit = 0.85 * np.mean(self.size_px) + reach
         order = np.lexsort((candidates, apart))
         near = candidates[order[apart[order] < limit]][:MAP_VIEWS]
-        return near[near != number]
+        return np.asarray(near[near != number], dtype=np.int64)
 
     def _against(self, number: int, near: Int, group: int, sure: float, widening: float) -> tuple[list[Edge], float]:
         """The fits to a group's snapshots near it, and the odds of the place; no fits where none stands out."""
@@ -171,7 +172,8 @@ class Atlas:
         known = self.placer.agreement
         wanted = MORE_SEARCHES if known.repeats > REPEATS else FIRST_SEARCHES
         if number and known.searches < wanted:
-            self.placer.learn_wrong(self.views[number], self.views[number - 1], float(self.poses[number, 2]))
+            phi, phi_beside = self.priors[number, 2], self.priors[number - 1, 2]
+            self.placer.learn_wrong(self.views[number], float(phi), self.views[number - 1], float(phi_beside))
 
     def _join(self, number: int, edges: list[Edge]) -> None:
         """Carry the smaller group to where the edges say, and make one group of the two."""
@@ -222,9 +224,9 @@ class Atlas:
         xy = np.median(residuals[:, :2]) / 0.6745
         phi = np.median(residuals[:, 2]) / 0.6745
         found = np.array([xy, xy, phi]) * np.sqrt(len(members) / count)
-        blend = (SIGMA_STRENGTH * self.claimed**2 + count * found**2) / (SIGMA_STRENGTH + count)
-        return np.clip(np.sqrt(blend), self.claimed / SIGMA_RANGE, self.claimed * SIGMA_RANGE)
-
+        share = count / (SIGMA_STRENGTH + count)  # of logarithms: a claim ten times too great must not outweigh
+        blend = self.claimed ** (1 - share) * np.maximum(found, self.claimed / SIGMA_RANGE) ** share
+        return np.asarray(np.minimum(blend, self.claimed * SIGMA_RANGE))
 
     def covariances(self, numbers: Int, prior_inflation: float, local_inflation: float) -> Float:
         """(len(numbers), 3, 3): the frame's share of each pose's covariance, and its own by its edges."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import posegraph as se2
 from .atlas import Atlas
-from .placing import SURE_NATS
+from .neighbours import SURE_NATS
 from .registration import make_view
 from .settled import Settled, settle_atlas
 from .values import (

@@ -1,4 +1,4 @@
-"""Where one snapshot lies on what others saw: search by whitened correlation, then sub-pixel refinement.
+"""Where one snapshot may lie on what others saw: search by whitened correlation.
 
 Pure: arrays in, arrays out. Poses are in the map frame of `posegraph.py`, px, px, rad; a `View` is what is kept of a
 snapshot: its local detail (local mean taken away, local contrast made one), at full and at half scale.
@@ -9,23 +9,19 @@ lattice) has a peaked spectrum and counts little, what is unique counts fully. T
 independent pixels is worth -A/2 log(1 - rho^2) nats against no relation; A is measured from the scatter of rho over
 places that cannot all be right, as ASHLAR takes its threshold from pairs known not to overlap (doi
 10.1093/bioinformatics/btac544).
-
-Refinement. Inverse compositional Gauss-Newton over (dx, dy, dphi), gain and offset (Baker and Matthews 2004, doi
-10.1023/B:VISI.0000011205.11775.fd) on the pixels that both see.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from . import posegraph as se2
 from .values import Float, Float32, Image
 
 Int8 = NDArray[np.int8]
@@ -36,8 +32,6 @@ STEP = 1 / 28.0  # of the stored detail: 127 is 4.5 standard deviations
 HEADING_STEP_RAD = 0.05
 FEATHER_PX = 3  # half-scale pixels over which a snapshot's border fades
 MIN_SHARED = 0.06  # of a snapshot's area: less is not searched
-REFINE_MIN_PX = 500
-CORRELATED_PX = 6.0  # residuals of neighbouring pixels are alike: so many count as one
 PEAK_APART_PX = 5.0
 
 
@@ -70,21 +64,6 @@ class Place:
     shared_px: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
-    """Where `b` lies as seen from `a`. relative: (3,). information: (3, 3). rho: correlation over shared_px pixels."""
-
-    relative: Float
-    information: Float
-    rho: float
-    shared_px: float
-
-    @property
-    def nats(self) -> float:
-        """Log-likelihood ratio against no relation."""
-        return -0.5 * self.shared_px / CORRELATED_PX * float(np.log1p(-min(max(self.rho, 0.0), 0.999) ** 2))
-
-
 def make_view(image: Image) -> View:
     """The detail of a snapshot (H, W, 3) or (H, W), 8 bits."""
     grey = (cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image).astype(np.float32)
@@ -105,14 +84,17 @@ def turned_half(view: View) -> View:
 
 
 def _pack(detail: Float32) -> Int8:
-    return np.clip(np.rint(detail / STEP), -127, 127).astype(np.int8)
+    return np.asarray(np.clip(np.rint(detail / STEP), -127, 127), dtype=np.int8)
 
 
-def _unpack(detail: Int8) -> Float32:
+def unpack(detail: Int8) -> Float32:
+    """Detail in local standard deviations."""
     return detail.astype(np.float32) * np.float32(STEP)
 
 
-def _feather(shape: tuple[int, int], width: float) -> Float32:
+@lru_cache(maxsize=64)
+def feather(shape: tuple[int, int], width: float) -> Float32:
+    """(H, W): 1 inside, falling to 0 over the outermost `width` pixels. Shared: not to be written to."""
     y = np.minimum(np.arange(shape[0]) + 1, np.arange(shape[0], 0, -1)) / (width + 1)
     x = np.minimum(np.arange(shape[1]) + 1, np.arange(shape[1], 0, -1)) / (width + 1)
     return np.outer(y.clip(max=1), x.clip(max=1)).astype(np.float32)
@@ -144,11 +126,11 @@ def draw_map(views: Sequence[View], poses: Float, centre: Float, size: int) -> L
     """The mean detail of the views at poses (N, 3), in a square of `size` half-scale pixels around centre, px."""
     total, weight = np.zeros((size, size), np.float32), np.zeros((size, size), np.float32)
     for view, pose in zip(views, poses, strict=True):
-        fade = _feather(view.half.shape, FEATHER_PX)
+        fade = feather(view.half.shape, FEATHER_PX)
         onto = _onto(view.half.shape, _halved(pose), centre / HALF, size)
-        total += cv2.warpAffine(_unpack(view.half) * fade, onto, (size, size))
+        total += cv2.warpAffine(unpack(view.half) * fade, onto, (size, size))
         weight += cv2.warpAffine(fade, onto, (size, size))
-    return LocalMap(centre, total / np.maximum(weight, 0.5), weight)
+    return LocalMap(centre, np.asarray(total / np.maximum(weight, 0.5), dtype=np.float32), weight)
 
 
 class Whitener:
@@ -169,24 +151,30 @@ class Whitener:
     def gain(self) -> Float32:
         """(size, size / 2 + 1): 1 / (P + noise), smoothed a little; the noise floor is a share of the mean."""
         power = cv2.GaussianBlur(self._sum / max(self._count, 1), (0, 0), 1.0)
-        return (1.0 / (power + 0.05 * power.mean())).astype(np.float32)
+        return np.asarray(1.0 / (power + 0.05 * power.mean() + 1e-9), dtype=np.float32)
 
 
 def _turned(view: View, phis: Float, size: int) -> tuple[Float32, Float32]:
     """The half-scale detail at each heading, and its weight at the middle heading, in squares of `size`."""
-    fade = _feather(view.half.shape, FEATHER_PX)
-    faded = _unpack(view.half) * fade
+    fade = feather(view.half.shape, FEATHER_PX)
+    faded = unpack(view.half) * fade
     out = np.empty((len(phis), size, size), np.float32)
     zero = np.zeros(2)
     for k, phi in enumerate(phis):
         onto = _onto(view.half.shape, np.array([0.0, 0.0, phi]), zero, size)
         cv2.warpAffine(faded, onto, (size, size), dst=out[k])
     middle = _onto(view.half.shape, np.array([0.0, 0.0, phis[len(phis) // 2]]), zero, size)
-    return out, cv2.warpAffine(fade, middle, (size, size))
+    return out, np.asarray(cv2.warpAffine(fade, middle, (size, size)), dtype=np.float32)
 
 
 def search(
-    view: View, local: LocalMap, gain: Float32, guess: Float, sigmas: Float, reach_px: float, reach_rad: float,
+    view: View,
+    local: LocalMap,
+    gain: Float32,
+    guess: Float,
+    sigmas: Float,
+    reach_px: float,
+    reach_rad: float,
     most: int = 6,
 ) -> list[Place]:
     """The places that a snapshot may have on a map, the best first.
@@ -205,20 +193,21 @@ def search(
     """
     size = local.detail.shape[0]
     steps = int(np.ceil(min(reach_rad, np.pi) / HEADING_STEP_RAD))
-    turns = np.arange(-steps, steps + 1) * min(HEADING_STEP_RAD, np.pi / max(steps, 1))
+    turns: Float = np.asarray(
+        np.arange(-steps, steps + 1) * min(HEADING_STEP_RAD, np.pi / max(steps, 1)), dtype=np.float64
+    )
     turned, weight = _turned(view, guess[2] + turns, size)
-    rho, shared = _correlate(turned, weight, local, gain)
     reach = int(reach_px / HALF)
-    low, high = size // 2 - reach, size // 2 + reach + 1
-    rho, shared = rho[:, low:high, low:high], shared[low:high, low:high]
+    rho, shared = _correlate(turned, weight, local, gain, reach)
     enough = shared > MIN_SHARED * weight.sum()
     if not enough.any():
         return []
-    rho = np.where(enough, rho, 0.0)
-    scatter = np.median(np.abs(rho[:, enough]) * np.sqrt(shared[enough])) / 0.6745
+    rho *= enough
+    scatter = np.median(np.abs(rho[:, enough][:, ::3]) * np.sqrt(shared[enough][::3])) / 0.6745
     effective = shared / max(scatter, 1e-6) ** 2
-    nats = np.where(rho > 0, -0.5 * effective * np.log1p(-np.square(rho.clip(0, 0.995))), 0.0)
-    offset = (np.arange(low, high) - size // 2) * HALF + local.centre[:, None] - guess[:2, None]
+    nats = -0.5 * effective * np.log1p(-np.square(rho.clip(0, 0.995)))
+    shift = np.arange(-reach, reach + 1) * float(HALF)
+    offset: Float = np.asarray(shift + local.centre[:, None] - guess[:2, None], dtype=np.float64)
     prior = -0.5 * (offset[0][None, :] ** 2 + offset[1][:, None] ** 2) / sigmas[0] ** 2
     score = nats + prior - 0.5 * np.square(turns / sigmas[2])[:, None, None]
     return [
@@ -228,28 +217,29 @@ def search(
     ]  # fmt: skip
 
 
-def _correlate(turned: Float32, weight: Float32, local: LocalMap, gain: Float32) -> tuple[Float32, Float32]:
-    """Whitened correlation coefficients (K, N, N) with the shift of the snapshot's centre from the map's in the
-    middle, and the overlap (N, N) in half-scale pixels."""
+def _correlate(turned: Float32, weight: Float32, local: LocalMap, gain: Float32, reach: int) -> tuple[Float32, Float32]:
+    """Whitened correlation coefficients (K, S, S) by the shift of the snapshot's centre from the map's, -reach to
+    reach half-scale pixels, and the overlap (S, S) in half-scale pixels."""
     size = local.detail.shape[0]
+    shifts = np.arange(-reach, reach + 1) % size
     seen = np.minimum(local.weight, 1.0)
     of_map = fft.rfft2(local.detail * seen)
     of_views = fft.rfft2(turned)
-    cross = fft.irfft2(of_map * of_views.conj() * gain, s=(size, size))
-    shared = fft.irfft2(fft.rfft2(seen) * fft.rfft2(weight).conj(), s=(size, size))
     power_map = _power(of_map, gain) / max(float(seen.sum()), 1.0)
-    power_views = _power(of_views, gain) / max(float(weight.sum()), 1.0)
-    rho = cross / (np.maximum(shared, 1.0) * np.sqrt(power_map * power_views)[:, None, None])
-    half = size // 2
-    return np.roll(rho, (half, half), axis=(1, 2)), np.roll(shared, (half, half), axis=(0, 1))
+    power_view = _power(of_views[len(turned) // 2], gain) / max(float(weight.sum()), 1.0)
+    np.conjugate(of_views, out=of_views)
+    of_views *= of_map * gain
+    cross = fft.irfft2(of_views, s=(size, size), overwrite_x=True)[:, shifts[:, None], shifts]
+    shared = fft.irfft2(fft.rfft2(seen) * fft.rfft2(weight).conj(), s=(size, size))[shifts[:, None], shifts]
+    scale = np.maximum(shared, 1.0) * np.float32(np.sqrt(power_map * power_view))
+    return cross / scale, shared
 
 
-def _power(spectrum: Complex64, gain: Float32) -> Any:
-    """Energy of a whitened picture by Parseval, (...,) without the two last axes."""
+def _power(spectrum: Complex64, gain: Float32) -> float:
+    """Energy of a whitened picture by Parseval."""
     energy = (spectrum.real**2 + spectrum.imag**2) * gain
-    size = spectrum.shape[-2]
-    ends = energy[..., 0].sum(-1) + (energy[..., -1].sum(-1) if size % 2 == 0 else 0)
-    return (2 * energy.sum((-2, -1)) - ends) / size**2 + 1e-12
+    ends = energy[:, 0].sum() + (energy[:, -1].sum() if spectrum.shape[0] % 2 == 0 else 0)
+    return float((2 * energy.sum() - ends) / spectrum.shape[0] ** 2) + 1e-12
 
 
 def _peaks(score: Float32, most: int) -> list[tuple[int, int, int]]:
@@ -277,104 +267,3 @@ def _sub_pixel(score: Float, peak: tuple[int, int, int], guess: Float, turns: Fl
     step = turns[1] - turns[0] if len(turns) > 1 else 0.0
     x, y = guess[0] + offset[0][c] + dc * HALF, guess[1] + offset[1][r] + dr * HALF
     return np.array([x, y, guess[2] + turns[k] + dk * step])
-
-
-def refine(a: View, b: View, relative: Float, iterations: int = 8) -> Fit | None:
-    """Where b lies as seen from a, to a fraction of a pixel.
-
-    Args:
-        a, b: two views that share floor.
-        relative: (3,), within about 2 px of the truth over the shared floor.
-        iterations: of Gauss-Newton at most; it stops where a step is below 0.003 px.
-
-    Returns:
-        The fit, its information scaled by the residual; None where too little is shared, what is shared has no
-        texture in some direction, or it ran away from the start by more than 5 px.
-    """
-    template = _Template.of(a, b.size_px, relative)
-    if template is None:
-        return None
-    picture = _unpack(b.detail)
-    found = np.asarray(relative, dtype=np.float64)
-    for _ in range(iterations):
-        step = template.step(picture, found)
-        if step is None:
-            return None
-        found = se2.compose(step, found)
-        if np.hypot(step[0], step[1]) + abs(step[2]) * a.size_px[0] / 2 < 0.003:
-            break
-    if np.hypot(*(found - relative)[:2]) > 5.0 or abs(found[2] - relative[2]) > 0.1:
-        return None
-    return template.fit(picture, found)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Template:
-    """The part of `a` that `b` covers: its pixels, their Jacobian (3, H, W), their offset from the image's centre."""
-
-    pixels: Float32
-    jacobian: Float32
-    corner: Float  # (2,), px: the middle of a's image as seen from the part's first pixel
-    fade: Float32
-    other_fade: Float32
-
-    @staticmethod
-    def of(a: View, other_px: tuple[int, int], relative: Float) -> _Template | None:
-        width, height = a.size_px
-        middle = np.array([(width - 1) / 2, (height - 1) / 2])
-        reach = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * (np.array(other_px) - 1) / 2
-        corners = se2.rotate(relative[2], reach) + relative[:2] + middle
-        low = np.floor(corners.min(axis=0)).clip(0, [width, height]).astype(int)
-        high = np.ceil(corners.max(axis=0)).clip(0, [width, height]).astype(int) + 1
-        if (high - low).min() < 12:
-            return None
-        x, y = slice(low[0], high[0]), slice(low[1], high[1])
-        whole = _unpack(a.detail)
-        dx = cv2.Sobel(whole, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)[y, x]
-        dy = cv2.Sobel(whole, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)[y, x]
-        u = np.arange(low[0], low[0] + dx.shape[1], dtype=np.float32) - np.float32(middle[0])
-        v = np.arange(low[1], low[1] + dx.shape[0], dtype=np.float32) - np.float32(middle[1])
-        jacobian = np.stack([dx, dy, u[None, :] * dy - v[:, None] * dx])
-        fade = _feather((height, width), 4)[y, x]
-        return _Template(whole[y, x], jacobian, middle - low, fade, _feather((other_px[1], other_px[0]), 4))
-
-    def compare(self, picture: Float32, found: Float) -> tuple[Float32, Float32, float] | None:
-        """The other view laid over this part, less this part (gain and offset fitted), the weights, and the
-        correlation."""
-        c, s = np.cos(found[2]), np.sin(found[2])
-        turn = np.array([[c, -s], [s, c]])
-        middle = np.array([(picture.shape[1] - 1) / 2, (picture.shape[0] - 1) / 2])
-        onto = np.column_stack([turn, found[:2] + self.corner - turn @ middle])
-        size = (self.pixels.shape[1], self.pixels.shape[0])
-        over = cv2.warpAffine(picture, onto, size, flags=cv2.INTER_CUBIC)
-        weight = cv2.warpAffine(self.other_fade, onto, size) * self.fade
-        total = float(weight.sum())
-        if total < REFINE_MIN_PX:
-            return None
-        p = self.pixels - (weight * self.pixels).sum() / total
-        q = over - (weight * over).sum() / total
-        pp, qq, pq = (float((weight * m).sum()) for m in (p * p, q * q, p * q))
-        rho = pq / max(np.sqrt(pp * qq), 1e-9)
-        return q * np.float32(max(pq, 0.0) / max(qq, 1e-9)) - p, weight, rho
-
-    def step(self, picture: Float32, found: Float) -> Float | None:
-        compared = self.compare(picture, found)
-        if compared is None or compared[2] <= 0.05:
-            return None
-        difference, weight, _ = compared
-        normal = self.normal(weight)
-        right = self.jacobian.reshape(3, -1) @ (weight * difference).ravel()
-        return np.asarray(np.linalg.solve(normal, right.astype(np.float64)))
-
-    def normal(self, weight: Float32) -> Float:
-        flat = self.jacobian.reshape(3, -1)
-        return (flat * weight.ravel() @ flat.T).astype(np.float64) + np.diag([1e-3, 1e-3, 1e-1])
-
-    def fit(self, picture: Float32, found: Float) -> Fit | None:
-        compared = self.compare(picture, found)
-        if compared is None:
-            return None
-        difference, weight, rho = compared
-        total = float(weight.sum())
-        variance = float((weight * difference**2).sum()) / total
-        return Fit(found, self.normal(weight) / (variance * CORRELATED_PX + 1e-6), rho, total)

@@ -16,7 +16,8 @@ from scipy import fft
 
 from . import posegraph as se2
 from .agreement import NULL_NATS, Agreement, agreement
-from .registration import HALF, Fit, Place, View, Whitener, draw_map, refine, search, turned_half
+from .pairfit import Fit, refine
+from .registration import HALF, Place, View, Whitener, draw_map, search, turned_half
 from .values import Bool, Float, Float32
 
 SURE_NATS = 9.0  # odds above which a place is taken for settled
@@ -31,6 +32,7 @@ LEAST_SHARED = 0.08
 SAME_PLACE_PX = 3.0
 ELSEWHERE_NATS = -4.0  # prior log-odds that the true place is not among those named
 CONTRADICTED_NATS = -6.0
+LEAST_TEXTURE = 0.02  # of a picture that is not flat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +101,7 @@ class Placer:
         self, view: View, guess: Float, sigmas: Float, near: Neighbours, sure: float, widening: float = 1.0
     ) -> Decision:
         """The place of a view expected at guess (3,) with sigmas (3,); its fits are empty below odds of `sure`."""
-        places = self._places(view, guess, sigmas, near, widening)
+        places = self._places(view, guess, sigmas, near, widening) if view.texture > LEAST_TEXTURE else []
         if not places:
             return Decision(guess, -np.inf)
         odds = self._search_odds(places)
@@ -118,11 +120,12 @@ class Placer:
             self.agreement.tell_right(agreement(fit.rho))
         return Decision(mean_pose(near, fits)[0], odds, fits)
 
-    def learn_wrong(self, view: View, beside: View, phi: float) -> None:
-        """Learn from a search that cannot be right: a view turned by half a turn against another, both at phi."""
+    def learn_wrong(self, view: View, phi: float, beside: View, phi_beside: float) -> None:
+        """Learn from a search that cannot be right: a view turned by half a turn against another, each at its own
+        heading, rad, so that rows stay parallel to rows."""
         wide = self.size_px[0]
         sigmas = np.array([wide / 6, wide / 6, 0.1])
-        here = Neighbours([beside], np.array([[0.0, 0.0, phi]]))
+        here = Neighbours([beside], np.array([[0.0, 0.0, phi_beside]]))
         guess = np.array([wide / 5, wide / 8, phi])
         turned = turned_half(view)
         places = self._places(turned, guess, sigmas, here, 1.0)
