@@ -49,7 +49,7 @@ async function main() {
     history.replaceState(null, '', addressOf({ ...address, session: running.id }));
     return showLive(await getSession(running.id), address);
   }
-  const list = new Home();
+  const list = new Home(!home);
   document.body.replaceChildren(list.element);
   list.start();
 }

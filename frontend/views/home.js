@@ -4,10 +4,11 @@
 import { Problem, listSessions } from '../api/client.js';
 import * as format from '../state/format.js';
 import { format as addressOf } from '../state/address.js';
+import { isRunning } from '../state/robots.js';
 import { h } from './dom.js';
 import { TopBar } from './topbar.js';
 
-const EVERY_MS = 3000;
+const EVERY_MS = 1500;
 
 export class Home {
   #bar = new TopBar();
@@ -15,7 +16,11 @@ export class Home {
   #shown = '';
   /** @type {number | undefined} */ #timer;
 
-  constructor() {
+  #opens;
+
+  /** @param {boolean} opens go to an inspection that runs, as soon as there is one */
+  constructor(opens) {
+    this.#opens = opens;
     this.#bar.title = 'Inspections';
     this.element = h('div', {}, this.#bar.element, this.#body);
   }
@@ -25,7 +30,10 @@ export class Home {
 
   async #refresh() {
     try {
-      this.#show(await listSessions());
+      const sessions = await listSessions();
+      const running = this.#opens && sessions.find((facts) => isRunning(facts.state));
+      if (running) return location.replace(addressOf({ session: running.id }));
+      this.#show(sessions);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       this.#shown = '';

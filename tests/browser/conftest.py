@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Page, Route, sync_playwright
+from playwright.sync_api import Browser, Error, Page, Route, sync_playwright
 
 from tests.fakes.server import FakeServer, serving
 
@@ -48,8 +48,13 @@ class Desk:
         return self
 
     def figure(self, name: str) -> Any:
-        """One of `window.pondwatch`; None before the page has it."""
-        return self.page.evaluate(f"window.pondwatch?.{name} ?? null")
+        """One of `window.pondwatch`; None before the page has it, or while it gives way to another."""
+        try:
+            return self.page.evaluate(f"window.pondwatch?.{name} ?? null")
+        except Error as error:
+            if "navigation" in str(error):
+                return None
+            raise
 
     def shows(self, revision: int) -> bool:
         """Whether the revision is painted, within some seconds."""

@@ -148,6 +148,25 @@ def test_where_there_is_no_inspection_the_page_says_how_to_begin(desk: Desk, ser
     assert desk.says("#home", "pondwatch simulate")
 
 
+def test_the_first_inspection_opens_as_soon_as_it_begins(desk: Desk, server: FakeServer) -> None:
+    server.listening = False
+    desk.open(server)
+    assert desk.says("#home", "no inspection yet")
+
+    server.listening = True
+
+    assert eventually(lambda: desk.figure("link") == "live")
+
+
+def test_the_list_of_inspections_stays_when_it_was_asked_for(desk: Desk, server: FakeServer) -> None:
+    desk.open(server, "/?inspections")
+    assert desk.says("#home", "Pond 3")
+
+    desk.page.wait_for_timeout(2000)
+
+    assert desk.page.locator("#home").is_visible()
+
+
 def test_an_inspection_that_is_not_there_is_said(desk: Desk, server: FakeServer) -> None:
     desk.open(server, "/?session=nobody")
 
