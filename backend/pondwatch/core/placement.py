@@ -30,6 +30,7 @@ SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they
 TURN_RAD = 0.05  # between the headings that a fit is started from where one rod alone is seen well
 INDEPENDENT_PIXELS = 60  # of a rod: its residuals go together
 UNEXPLAINED = 3.0  # times the least variance: what pixels would cost a fit that leaves their rods out
+ABSENT = 6.0  # log of the same, for a rod that is not there
 RIVAL_NATS, RIVAL_PX = 4.0, 2.0  # another fit this likely, this far away, leaves a place in doubt
 MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snapshot does not show in their spread
 
@@ -111,7 +112,7 @@ class Placing:
             refined, result, alone = best
             inflation = MODEL_INFLATION * max(1.0, result.disagreement) * (1 + 2 / result.whole)
             covariance = self._covariance(result.normal, inflation * result.variance, refined[2])
-            residual, fitted = float(np.sqrt(result.variance)), alone
+            residual, fitted = float(np.sqrt(result.variance)), alone and result.absent < 0.6
         trust = trust if fitted else min(trust, UNFITTED_TRUST)
         rods, ratio = self._looks(e, refined)
         return Placed(e, refined, covariance, trust, rods, ratio, residual)
@@ -139,7 +140,7 @@ class Placing:
         least = min(r.variance for _, r in found)
         geometry = self._geometry(e, [at for at, _ in found])
         cost = [
-            0.5 * INDEPENDENT_PIXELS * r.whole * np.log(r.variance / least / UNEXPLAINED)
+            0.5 * INDEPENDENT_PIXELS * (r.whole * np.log(r.variance / least / UNEXPLAINED) + r.absent * ABSENT)
             - noise.log_density(at, prior)
             - g
             for (at, r), g in zip(found, geometry, strict=True)

@@ -19,6 +19,7 @@ from scipy.ndimage import gaussian_filter1d
 from .values import Bool, Float, Float32, Int
 
 BIN_PX = 0.5
+LEAST_GAIN = 0.5  # of the profile's contrast, under which a rod begins to count as absent
 FLOOR_PX = 0.006  # of a pose: interpolation and rendering, below which no covariance is believed
 HOLLOW, FILLED, OTHER = 0, 1, 2
 
@@ -77,13 +78,14 @@ class Patches:
 class Fit:
     """pose: (3,): centre u, v offset px and angle rad, as a motion of the image. normal: (3, 3), per unit variance.
     variance: of the residual. disagreement: how much the rods' own gradients exceed what white noise gives. whole: how
-    many rods' worth of pixels were compared."""
+    many rods' worth of pixels were compared. absent: how many of these show no rod: their gain is next to none."""
 
     shift: Float
     normal: Float
     variance: float
     disagreement: float
     whole: float
+    absent: float
 
 
 def cut(grey: Float32, centres_px: Float, kind: Int, reach_px: float) -> Patches:
@@ -191,7 +193,10 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
         residual = columns[..., 7] - np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
         down = 1 / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
     disagreement = _disagreement(solved.gradients, solved.per_rod, solved.normal, solved.variance)
-    return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / (np.pi * profile.reach_px**2)))
+    rod_px = np.pi * profile.reach_px**2
+    lacking = np.clip(1 - solved.light[:, 0] / LEAST_GAIN, 0, 1)
+    absent = float(((weight > 0).sum(axis=1) * lacking).sum()) / rod_px
+    return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / rod_px), absent)
 
 
 def design(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> Float:
