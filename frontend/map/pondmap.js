@@ -44,6 +44,12 @@ export class PondMap extends EventTarget {
     this.fit();
   }
 
+  /** The pond's place in the middle of the map. */
+  get centre() {
+    const [xM, yM] = this.#map.getView().getCenter() ?? [0, 0];
+    return { xM, yM };
+  }
+
   /** Metres a screen pixel. */
   get metresPerPx() { return this.#map.getView().getResolution() ?? 1; }
 

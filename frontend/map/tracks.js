@@ -50,6 +50,40 @@ export function paintGrid(context, frame, pond, colours) {
   for (let yM = 0; yM <= pond.height_m + 1e-9; yM += stepM) context.fillText(yM.toFixed(digits), left - 4 * frame.dpr, frame.y(yM));
 }
 
+/**
+ * A distance with its ends, and a cross in the middle of the map, which Enter takes as a point.
+ * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {import('../state/measure.js').Measure} measure
+ * @param {string} label @param {Record<string, string>} colours
+ */
+export function paintMeasure(context, frame, { points }, label, colours) {
+  const [midX, midY, arm] = [frame.width / 2, frame.height / 2, 9 * frame.dpr];
+  const ends = points.map(({ xM, yM }) => [frame.x(xM), frame.y(yM)]);
+  for (const [colour, width] of /** @type {const} */ ([['paper', 4.5], ['choice', 2]])) {
+    context.strokeStyle = colours[colour];
+    context.lineWidth = width * frame.dpr;
+    context.beginPath();
+    line(context, midX - arm, midY, midX + arm, midY);
+    line(context, midX, midY - arm, midX, midY + arm);
+    if (ends.length === 2) line(context, ends[0][0], ends[0][1], ends[1][0], ends[1][1]);
+    for (const [x, y] of ends) {
+      context.moveTo(x + 5 * frame.dpr, y);
+      context.arc(x, y, 5 * frame.dpr, 0, 2 * Math.PI);
+    }
+    context.stroke();
+  }
+  if (ends.length < 2) return;
+  context.font = `600 ${14 * frame.dpr}px system-ui, sans-serif`;
+  context.textAlign = 'center';
+  context.textBaseline = 'bottom';
+  const [x, y] = [(ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2 - 7 * frame.dpr];
+  context.lineJoin = 'round';
+  context.lineWidth = 5 * frame.dpr;
+  context.strokeStyle = colours.paper;
+  context.strokeText(label, x, y);
+  context.fillStyle = colours.choice;
+  context.fillText(label, x, y);
+}
+
 /** The step of a grid: 1, 2 or 5 of a power of ten, at least 60 screen pixels. @param {number} pxPerM */
 export function gridStep(pxPerM) {
   const least = 60 / pxPerM;

@@ -22,8 +22,8 @@ const BEHIND = 60;
  */
 export function attentionOf(inspection, robots, looks) {
   const running = isRunning(inspection.facts.state);
-  const notes = [...conflicting(inspection), ...failed(inspection), ...poor(inspection),
-    ...(running ? [...silent(robots), ...behind(inspection), ...stale(looks)] : [])];
+  const notes = [...conflicting(inspection), ...failed(inspection), ...poor(inspection), ...behind(inspection),
+    ...(running ? [...silent(robots), ...stale(looks)] : [])];
   return notes.sort((a, b) => b.severity - a.severity);
 }
 

@@ -107,6 +107,8 @@ export class Live {
       { keys: ['b'], word: 'Robots', run: () => options.toggle('robots') },
       { keys: ['k'], word: 'Tracks of the robots', run: () => options.toggle('tracks') },
       { keys: ['g'], word: 'Grid of metres', run: () => options.toggle('grid') },
+      { keys: ['m'], word: 'Measure: click two points, or P at the cross', run: map((view) => view.toggleMeasure()) },
+      { keys: ['p'], word: 'Measure from or to the cross', run: map((view) => view.measureTo()) },
       { keys: ['+', '='], word: 'Closer', run: map((view) => view.map.zoom(1.5)) },
       { keys: ['-'], word: 'Farther', run: map((view) => view.map.zoom(1 / 1.5)) },
       { keys: ['0', 'f'], word: 'The whole pond', run: map((view) => view.map.fit()) },
@@ -135,10 +137,11 @@ export class Live {
   #makeView(raster, pond) {
     const view = new PondView(this.#mapBox, this.inspection, raster, pond, this.options);
     view.addEventListener('choose', (event) => this.#chooseRod(/** @type {CustomEvent} */ (event).detail));
+    view.addEventListener('measure', () => this.#measured(view));
     view.addEventListener('pointer', (event) => this.#point(/** @type {CustomEvent} */ (event).detail));
     this.#view = view;
     const toolbar = new Toolbar(this.options, {
-      find: (id) => this.#find(id), rods: (pond.rods ?? []).map((rod) => rod.id), table: () => this.tables.toggle(true), help: () => this.help.showModal(),
+      find: (id) => this.#find(id), rods: (pond.rods ?? []).map((rod) => rod.id), measure: () => view.toggleMeasure(), table: () => this.tables.toggle(true), help: () => this.help.showModal(),
     });
     this.#column.prepend(toolbar.element);
     this.#area.append(this.tables.element, tools(view));
@@ -196,9 +199,17 @@ export class Live {
 
   /** @param {{xM: number, yM: number}} at */
   #point({ xM, yM }) {
+    if (this.#view?.measure.distanceM) return; // the distance stays to be read
     const cell = this.#view?.looks?.at(xM, yM);
     const seen = cell?.looks ? `seen ${cell.looks} ×, ${format.age((this.time.shown.serverMs(Date.now()) - cell.newestMs) / 1000)} ago` : cell ? 'never seen' : 'outside';
     setText(this.#cursor, `${format.place(xM, yM)}   ${seen}`);
+  }
+
+  /** @param {PondView} view */
+  #measured({ measure }) {
+    document.getElementById('measure')?.setAttribute('aria-pressed', String(measure.active));
+    const words = measure.distanceM === null ? 'Measure: two points, by click or P' : `Distance ${format.length(measure.distanceM)}`;
+    if (measure.active) setText(this.#cursor, words);
   }
 
   /** @param {string} id */

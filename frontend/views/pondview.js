@@ -8,8 +8,10 @@ import { PondMap } from '../map/pondmap.js';
 import { RasterCanvas } from '../map/raster.js';
 import { SnapshotMosaic, asCorrected, asSaid } from '../map/snapshotmosaic.js';
 import { Symbols } from '../map/symbols.js';
-import { paintGrid, paintTracks } from '../map/tracks.js';
+import { paintGrid, paintMeasure, paintTracks } from '../map/tracks.js';
+import * as format from '../state/format.js';
 import { Looks } from '../state/looks.js';
+import { Measure } from '../state/measure.js';
 import { Painted } from '../state/painted.js';
 import { rodAt } from '../state/rods.js';
 import { robotViews } from '../state/robots.js';
@@ -31,6 +33,7 @@ export class PondView extends EventTarget {
   #countedAt = -Infinity;
   #countedRevision = -1;
   painted = new Painted();
+  measure = new Measure();
   /** @type {RodLayout | null} */ chosenRod = null;
   /** @type {Evidence | null} */ evidence = null;
   /** The snapshots where the robots said they were, while that is shown. @type {SnapshotMosaic | null} */ raw = null;
@@ -132,6 +135,7 @@ export class PondView extends EventTarget {
     if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);
     if (this.chosenRod) paintChosen(context, frame, this.chosenRod, this.#colours);
     if (this.evidence && camera) this.#paintEvidence(context, frame, this.evidence, camera);
+    if (this.measure.active) paintMeasure(context, frame, this.measure, format.length(this.measure.distanceM), this.#colours);
     this.painted.drawn(performance.timeOrigin + performance.now());
   }
 
@@ -144,8 +148,26 @@ export class PondView extends EventTarget {
 
   /** @param {{xM: number, yM: number}} at */
   #choose({ xM, yM }) {
+    if (this.measure.active) return this.measureTo({ xM, yM });
     const rod = rodAt(this.#pond.rods ?? [], xM, yM, REACH_PX * this.#map.metresPerPx);
     this.dispatchEvent(new CustomEvent('choose', { detail: rod }));
+  }
+
+  toggleMeasure() {
+    this.measure.toggle();
+    this.#told();
+  }
+
+  /** A point of the distance; the middle of the map where none is given. @param {{xM: number, yM: number}} [place] */
+  measureTo(place = this.#map.centre) {
+    if (!this.measure.active) return;
+    this.measure.add(place);
+    this.#told();
+  }
+
+  #told() {
+    this.dispatchEvent(new Event('measure'));
+    this.repaint();
   }
 
   #retheme() {

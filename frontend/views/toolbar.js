@@ -18,15 +18,16 @@ export class Toolbar {
     title: 'Opacity of the rod symbols', onInput: () => this.#options.set({ opacity: Number(this.#opacity.value) }) });
   /** @type {Map<string, HTMLElement>} */ #marks = new Map();
 
-  /** @param {Options} options @param {{find: (text: string) => boolean, rods: string[], table: () => void, help: () => void}} actions */
-  constructor(options, { find, rods, table, help }) {
+  /** @param {Options} options @param {{find: (text: string) => boolean, rods: string[], measure: () => void, table: () => void, help: () => void}} actions */
+  constructor(options, { find, rods, measure, table, help }) {
     this.#options = options;
     for (const mark of MARKS) {
       const [word] = MARK_WORDS[mark].split(' ');
       this.#marks.set(mark, h('button', { type: 'button', id: `layer-${mark}`, title: MARK_WORDS[mark], text: word, onClick: () => options.toggle(mark) }));
     }
     this.element = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': 'Map' }, this.#picture, this.#layer,
-      h('span', { class: 'group' }, ...this.#marks.values()), this.#opacity, h('span', { class: 'spacer' }), finder(find, rods),
+      h('span', { class: 'group' }, ...this.#marks.values()), this.#opacity,
+      h('button', { type: 'button', id: 'measure', 'aria-pressed': 'false', title: 'Measure a distance (M)', text: 'Measure', onClick: measure }), h('span', { class: 'spacer' }), finder(find, rods),
       h('button', { type: 'button', id: 'table-button', title: 'Everything as tables (D)', text: 'Tables', onClick: table }),
       h('button', { type: 'button', id: 'help-button', title: 'Keys (?)', 'aria-label': 'Keys', text: '?', onClick: help }));
     options.addEventListener('change', () => this.#update());

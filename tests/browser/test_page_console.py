@@ -8,7 +8,7 @@ from tests.fakes.movie import Movie
 from tests.fakes.server import FakeServer, serving
 
 from .conftest import Desk, eventually
-from .test_page_live import digest_of
+from .test_page_live import digest_of, on_screen
 
 pytestmark = pytest.mark.browser
 COUNT = 35
@@ -193,6 +193,23 @@ def test_the_map_is_dragged_and_zoomed_by_the_mouse_without_a_click_before(conso
     assert picture(console) != dragged
     console.page.keyboard.press("0")
     assert eventually(lambda: picture(console) == whole)
+
+
+def test_a_distance_is_measured_by_mouse_and_by_keys(console: Desk, still: FakeServer) -> None:
+    page = console.page
+    (x0, y0), (x1, y1) = (on_screen(console, still, x, 0.2) for x in (0.2, 0.5))
+    page.keyboard.press("m")
+    page.mouse.click(x0, y0)
+    page.wait_for_timeout(400)  # two quick clicks would zoom
+    page.mouse.click(x1, y1)
+
+    assert console.says(".cursor", "Distance 30.")
+    assert not page.locator("#rod-panel").is_visible()
+    page.keyboard.press("m")
+    page.keyboard.press("m")
+    page.keyboard.press("p")
+    page.keyboard.press("p")
+    assert console.says(".cursor", "Distance 0.00 mm")
 
 
 def test_a_view_is_the_same_from_its_address(console: Desk, make_desk: Callable[..., Desk], still: FakeServer) -> None:
