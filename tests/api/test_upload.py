@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import math
@@ -13,7 +14,9 @@ import cv2
 import httpx
 import numpy as np
 import pytest
+from structlog.testing import capture_logs
 
+from pondwatch.store.blobs import FolderBlobs
 from tests.fakes.robot import HEIGHT_PX, WIDTH_PX, Shot, picture
 
 from .conftest import Api
@@ -222,13 +225,47 @@ def test_a_finished_session_takes_nothing_new_but_still_knows_what_it_has(api: A
     assert stored(api, session) == 1
 
 
+def test_a_full_disk_is_told_harms_nothing_and_is_over_when_there_is_room(api: Api, monkeypatch: Any) -> None:
+    session, unknown = api.open(), Shot(1, image=picture(7_777))  # bytes that no other test has stored
+    api.send(session, Shot(0))
+
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(FolderBlobs, "_write", full)
+        refused = api.send(session, unknown)
+
+    assert "stored" in problem(refused, 507, "storage-full")["detail"]
+    assert int(refused.headers["retry-after"]) > 0
+    assert stored(api, session) == 1
+    assert api.send(session, unknown).status_code == 201
+
+
+def test_what_nobody_foresaw_is_a_problem_with_an_id_and_without_a_trace(api: Api, monkeypatch: Any) -> None:
+    session = api.open()
+
+    def broken(*_: Any) -> None:
+        raise RuntimeError("a secret path: /var/lib/pond")
+
+    with monkeypatch.context() as patch, capture_logs() as logs:
+        patch.setattr(FolderBlobs, "put", broken)
+        answer = api.send(session, Shot(1))
+
+    body = problem(answer, 500, "internal-error")
+    assert body["fault"] in body["detail"]
+    assert [log["fault"] for log in logs if log["event"] == "request_failed"] == [body["fault"]]
+    assert "secret" not in answer.text
+    assert "content-security-policy" in answer.headers
+
+
 def test_a_body_of_100_megabytes_is_refused_before_it_is_parsed(api: Api) -> None:
     session = api.open()
     huge = b"--parts\r\nContent-Disposition: form-data; name=image; filename=a\r\n\r\n" + bytes(100_000_000)
 
     declared = api.send(session, Shot(1, image=huge))
-    counted = api.http.post(f"/api/sessions/{session}/snapshots", content=iter([huge]), headers=PARTS)
-    layout = api.http.post("/api/sessions", content=iter([huge]))
+    counted = api.http.post(f"/api/sessions/{session}/snapshots", content=iter([huge[:20_000_000]]), headers=PARTS)
+    layout = api.http.post("/api/sessions", content=iter([huge[:20_000_000]]))
 
     assert problem(declared, 413, "too-large")["limit_bytes"] == (1 << 20) + 256 * 1024
     problem(counted, 413, "too-large")

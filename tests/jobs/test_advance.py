@@ -4,91 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import cv2
-import numpy as np
 import pytest
 
-from pondwatch.core.errors import Missing, Unavailable
-from pondwatch.core.inspection import parse_inspection
-from pondwatch.core.values import SnapshotKey
-from pondwatch.jobs import finish, tiles
-from pondwatch.jobs.advance import Step
-from pondwatch.jobs.feed import Feed, News
-from pondwatch.jobs.ingest import Ingest, Upload
+from pondwatch.core.errors import Unavailable
 from pondwatch.jobs.lanes import WorkerLost
-from pondwatch.jobs.steps import STEP_LIMIT, Steps
-from pondwatch.store import jobs, revisions, sessions
-from pondwatch.store.clock import SystemClock
-from pondwatch.store.store import Store
-from tests.fakes.lane import InlineLane
-from tests.fakes.robot import Shot, document
-
-
-@dataclass
-class Heard:
-    """An observer that remembers."""
-
-    steps: list[Step] = field(default_factory=list)
-    changes: list[int] = field(default_factory=list)
-
-    def committed(self, session_id: str, step: Step, seconds: float) -> None:
-        self.steps.append(step)
-
-    def changed(self, session_id: str, revision: int) -> None:
-        self.changes.append(revision)
-
-
-class House:
-    """A store, a lane and one session, without threads of their own."""
-
-    def __init__(self, data: Path) -> None:
-        self.store = Store(data, f"sqlite:///{data}/test.sqlite")
-        self.lane, self.heard, clock = InlineLane(), Heard(), SystemClock()
-        self.steps = Steps(self.store, clock, self.heard)
-        self.woken: list[str] = []
-        self.ingest = Ingest(self.store, clock, self.woken.append)
-        inspection = parse_inspection(document())
-        self.session = self.store.write(lambda c: sessions.create(c, inspection, "identity", 1_000))
-
-    def send(self, *shots: Shot) -> None:
-        session = self.ingest.session(self.session)
-        for shot in shots:
-            p = shot.pose()
-            key = SnapshotKey(shot.robot, shot.boot, shot.sequence)
-            self.ingest.accept(session, Upload(key, 0, p["x_m"], p["y_m"], p["theta_rad"], shot.content))
-
-    def take(self) -> bool:
-        return self.steps.take(self.lane, self.session)
-
-    def drain(self) -> None:
-        for _ in range(500):
-            if not self.take():
-                return
-        raise AssertionError("there is always more to do")
-
-    def finish(self) -> None:
-        finish.begin(self.store, self.session, 2_000)
-        self.drain()
-
-    def facts(self) -> sessions.Facts:
-        return self.store.read(lambda c: sessions.facts(c, self.session))
-
-    def found(self) -> sessions.Session:
-        return self.store.read(lambda c: sessions.get(c, self.session))
-
-    def poses(self) -> list[tuple[Any, ...]]:
-        rows = self.store.read(lambda c: revisions.pose_rows(c, self.session))
-        return [(r["robot"], r["sequence"], r["status"], r["x_m"], r["y_m"], r["theta_rad"]) for r in rows]
-
-    def job(self, kind: str) -> Any:
-        return next(j for j in self.store.read(lambda c: jobs.rows(c, self.session)) if j["kind"] == kind)
-
-    def result(self) -> tuple[list[tuple[Any, ...]], bytes]:
-        return self.poses(), tiles.whole(self.store, self.session)[1].tobytes()
+from pondwatch.jobs.steps import STEP_LIMIT
+from pondwatch.store import revisions
+from tests.fakes.house import House
+from tests.fakes.robot import Shot
 
 
 @pytest.fixture
@@ -267,44 +193,3 @@ def test_the_same_snapshot_from_many_threads_is_stored_once(house: House) -> Non
         list(threads.map(lambda _: house.send(Shot(7)), range(16)))
 
     assert house.facts().snapshots == 1
-
-
-def paint(canvas: np.ndarray[Any, Any], news: News) -> None:
-    for picture in news.pictures:
-        image = cv2.imdecode(np.frombuffer(picture.content, np.uint8), cv2.IMREAD_UNCHANGED)
-        assert image is not None
-        r = picture.rect
-        assert image.shape[:2] == (r.height, r.width)
-        canvas[r.y : r.y + r.height, r.x : r.x + r.width] = image
-
-
-@pytest.mark.parametrize("most_bytes", [0, 8_000, 1 << 20], ids=["tiles", "some", "patches"])
-def test_a_viewer_that_is_told_what_changed_ends_with_the_whole_mosaic(house: House, most_bytes: int) -> None:
-    feed = Feed(house.store, 1000, most_bytes)
-    canvas, since = np.zeros((120, 200, 4), np.uint8), None
-    for i in range(8):
-        house.send(Shot(i))
-        house.drain()
-        feed.remember(house.session, house.heard.steps[-1])
-        if i % 3 == 0:
-            news = feed.news(house.session, since)
-            assert (news.revision, news.full) == (i + 1, since is None)
-            assert len(news.poses) == (i + 1 if since is None else i + 1 - since)
-            paint(canvas, news)
-            since = news.revision
-    paint(canvas, feed.news(house.session, since))
-
-    np.testing.assert_array_equal(canvas, tiles.whole(house.store, house.session)[1])
-
-
-def test_a_viewer_from_a_future_that_never_came_is_told_everything(house: House) -> None:
-    feed = Feed(house.store, 10, 1000)
-    house.send(Shot(0))
-    house.drain()
-
-    news = feed.news(house.session, 99)
-
-    assert (news.full, len(news.poses)) == (True, 1)
-    assert feed.news(house.session, 1).pictures == []
-    with pytest.raises(Missing):
-        feed.news("nosuch", None)

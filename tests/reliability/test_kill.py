@@ -54,7 +54,7 @@ def check(ending: Ending) -> None:
     np.testing.assert_array_equal(served, mosaic)
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(300)
 def test_ten_kills_lose_double_and_alter_nothing(tmp_path: Path) -> None:
     ending = run(tmp_path, kills=10, seed=1)
 
@@ -67,7 +67,7 @@ def test_two_hundred_kills_lose_double_and_alter_nothing(tmp_path: Path) -> None
     check(run(tmp_path, kills=200, seed=2))
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(300)
 def test_the_harness_finds_the_loss_of_a_server_that_acknowledges_before_it_commits(tmp_path: Path) -> None:
     ending = run(tmp_path, kills=10, seed=3, lying=True, stop_at_loss=True)
 

@@ -18,7 +18,7 @@ from .problems import Forbidden, TooSlow
 
 SMALL_BODY = 64 * 1024
 _DISCARD_BYTES = 1 << 28
-_DISCARD_S = 5.0
+_DISCARD_S = 15.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +104,9 @@ class _Counted:
         except TimeoutError:
             raise TooSlow(f"The body did not arrive within {self._timeout_s:g} seconds.") from None
         self._got += len(message.get("body", b""))
-        if self._got > self._most:
-            await _discard(self._receive)
-            raise too_large(self._most)
         self._whole = not message.get("more_body", False)
+        if self._got > self._most:
+            if not self._whole:
+                await _discard(self._receive)
+            raise too_large(self._most)
         return message

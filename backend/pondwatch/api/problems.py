@@ -17,6 +17,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from pondwatch.core import errors
 from pondwatch.core.errors import PondwatchError
@@ -78,7 +79,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(PondwatchError, _pondwatch)
     app.add_exception_handler(RequestValidationError, _validation)
     app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(Exception, _unforeseen)
+    app.add_middleware(Border)
 
 
 async def _pondwatch(_request: Request, error: Exception) -> JSONResponse:
@@ -108,8 +109,31 @@ async def _http(_request: Request, error: Exception) -> JSONResponse:
     return answer(_document(name, error.status_code, detail), error.headers)
 
 
-async def _unforeseen(request: Request, error: Exception) -> JSONResponse:
+class Border:
+    """ASGI middleware: what nobody foresaw is logged with an id and answered with it; the connection lives on."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, and answer for what it raises."""
+        started = False
+
+        async def noted(message: Message) -> None:
+            nonlocal started
+            started = True
+            await send(message)
+
+        try:
+            await self._app(scope, receive, noted)
+        except Exception as error:
+            if started or scope["type"] != "http":
+                raise
+            await _unforeseen(scope["path"], error)(scope, receive, send)
+
+
+def _unforeseen(path: str, error: Exception) -> JSONResponse:
     fault = uuid.uuid4().hex
-    structlog.get_logger().error("request_failed", fault=fault, path=request.url.path, exc_info=error)
+    structlog.get_logger().error("request_failed", fault=fault, path=path, exc_info=error)
     detail = f"Something went wrong here. It was logged as {fault}."
     return answer(_document("InternalError", 500, detail, {"fault": fault}))

@@ -44,6 +44,7 @@ from .tasks import Base, Moved, Outcome, Shown, SnapshotRef
 
 SESSIONS_HELD = 8
 _LOAD_CHUNK = 256
+_NICER = 5  # whoever waits for an acknowledgement comes before the correction
 _REJECTED = Shown(Status.REJECTED, None, None, None)
 
 
@@ -227,6 +228,7 @@ def on_desk(method: str, *args: Any) -> Any:
 def start() -> int:
     """Set up a new worker process; its id."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_NICER)
     cv2.setNumThreads(1)
     threading.Thread(target=_die_with_parent, name="parent-watch", daemon=True).start()
     return os.getpid()
