@@ -6,6 +6,7 @@
 import { labelOf, verdictOf } from '../state/rods.js';
 
 const LETTER_FROM_PX = 7;
+const SHARE_FROM_PX = 10;
 
 /** @typedef {{full: string, partial: string, empty: string, unseen: string, conflicting: string, ink: string, paper: string, pale: string}} Palette */
 
@@ -31,7 +32,7 @@ export class Symbols {
 
   /** @param {RodRow} rod @param {number} size */
   #find(rod, size) {
-    const label = labelOf(rod);
+    const label = size < SHARE_FROM_PX ? labelOf(rod).charAt(0) : labelOf(rod);
     const key = `${verdictOf(rod)} ${label} ${size}`;
     let picture = this.#kept.get(key);
     if (!picture) {

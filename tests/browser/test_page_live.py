@@ -214,6 +214,9 @@ def test_nothing_overflows(make_desk: Callable[..., Desk], server: FakeServer, s
             "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
         )
         assert (width, height) <= size, query
+        bars = "[...document.querySelectorAll('.topbar, .toolbar, .timebar, .side')]"
+        cut = f"{bars}.filter(e => e.scrollWidth > e.clientWidth).map(e => e.className)"
+        assert desk.page.evaluate(cut) == [], query
 
 
 def test_a_pixel_of_the_mosaic_is_on_the_screen_where_it_lies_in_the_pond(desk: Desk, server: FakeServer) -> None:
