@@ -41,6 +41,7 @@ class Evidence:
 
     places: its hypotheses. far: (H,), which of them lie beyond the prior's reach. sites_px: (S, 2). site: (H, K),
     the site of each rod of each place, -1 where it is not in view. codes: what the sites show.
+    reach: what the places were looked for within; None once others were added.
     """
 
     snapshot: Snapshot
@@ -50,13 +51,14 @@ class Evidence:
     sites_px: Float
     site: Int
     codes: Codes
+    reach: Reach | None = None
 
 
 def gather(snapshot: Snapshot, reach: Reach, setting: Setting, found: RodsFound | None = None) -> Evidence:
     """Look at a snapshot. `found`: where its rods were found already."""
     found = found or find_rods(snapshot.image, setting.band)
     places = propose(found, snapshot.pose_pond, reach, setting.layout, setting.camera)
-    return _with_places(snapshot, found, places, np.zeros(len(places), dtype=np.int64), setting)
+    return replace(_with_places(snapshot, found, places, np.zeros(len(places), dtype=np.int64), setting), reach=reach)
 
 
 def widen(evidence: Evidence, extra: Float, setting: Setting) -> Evidence:

@@ -23,7 +23,7 @@ ABSENT_NATS = 4.0  # against a place, for a whole rod that is missing or unexpla
 KEEP_NATS = 9.0  # places worse than the best by more than this are dropped
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Reach:
     """How far from its noisy pose a snapshot is looked for: metres, radians; infinite for anywhere."""
 

@@ -19,17 +19,19 @@ from .frames import wrap_angle
 from .hypotheses import Reach, propose
 from .inference import Decision, Problem, decide
 from .noise import NoiseModel
-from .placement import Placed, Placing, doubted, looks_of
+from .placement import UNFITTED_TRUST, Placed, Placing, doubted, looks_of
 from .pond import Layout
 from .quality import judge
 from .refine import Profile
-from .values import CorrectedPose, Correction, Float, Inspection, Quality, RodReading, Snapshot, SnapshotKey
+from .values import CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
 
-GROWTH = 1.35  # snapshots since the last joint decision, over those in it, that call for another
+GROWTH = 1.4  # snapshots since the last joint decision, over those in it, that call for another
 PLACED_ABOVE = 0.99  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
 MOVED_PX = 0.02  # poses that move less than this are not reported again
-LIVE_RESTARTS, FULL_RESTARTS = 2, 24
+FULL_RESTARTS = 24  # of the search, when all is decided from the start
+LIVE_WORK = 900  # snapshots times restarts, while uploads go on
+ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
 NOISE_ROUNDS = 3
 LOST_NATS = -4.0  # a place that is contradicted by this much may be none
 FAR_NATS = -6.0  # log prior of a place, below which the noisy pose may be a gross error
@@ -70,6 +72,7 @@ class LatticeCorrector:
         self._log_state: Float | None = None
         self._profile: Profile | None = None
         self._typical = np.inf  # residual, grey levels
+        self._taught = 0
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Decide new snapshots at once; earlier ones may move when all are decided together again."""
@@ -77,23 +80,21 @@ class LatticeCorrector:
         new = [lean(gather(s, reach, self._setting)) for s in snapshots]
         self._evidence.update({e.snapshot.key: e for e in new})
         if self._joint is None or len(self._evidence) >= GROWTH * self._decided:
-            return self._decide_all(list(self._evidence.values()), LIVE_RESTARTS)
+            return self._decide_all(list(self._evidence.values()), live=True)
         return self._publish([self._decide_one(e, self._joint) for e in new])
 
     def settle(self) -> Correction:
         """Decide everything from the start."""
         self._joint, self._profile = None, None
         reach = self._stated.reach(self._pitch)
-        ordered = [
-            lean(gather(self._evidence[k].snapshot, reach, self._setting))
-            if self._evidence[k].far.any()
-            else self._evidence[k]
-            for k in sorted(self._evidence)
-        ]
-        self._evidence = {e.snapshot.key: e for e in ordered}
-        if not ordered:
+        self._evidence = {k: self._afresh(self._evidence[k], reach) for k in sorted(self._evidence)}
+        if not self._evidence:
             return Correction((), (), self.quality())
-        return self._decide_all(ordered, FULL_RESTARTS)
+        return self._decide_all(list(self._evidence.values()), live=False)
+
+    def _afresh(self, e: Evidence, reach: Reach) -> Evidence:
+        """The evidence as it was before anything was learned."""
+        return e if e.reach == reach else lean(gather(e.snapshot, reach, self._setting))
 
     def poses(self) -> Mapping[SnapshotKey, CorrectedPose]:
         """Every pose as it stands."""
@@ -108,35 +109,54 @@ class LatticeCorrector:
         noise = self._joint.noise if self._joint else self._stated
         return judge(list(self._placed.values()), list(self._poses.values()), noise, self._camera, self._pitch)
 
-    def _decide_all(self, evidence: list[Evidence], restarts: int) -> Correction:
-        joint, evidence = self._solve(evidence, restarts)
+    def _decide_all(self, evidence: list[Evidence], live: bool) -> Correction:
+        joint, evidence = self._solve(evidence, live)
         self._evidence = {e.snapshot.key: e for e in evidence}
         self._joint, self._decided = joint, len(evidence)
         states = joint.decision.states
         self._log_state = np.log(np.maximum(states, 1e-30))
         kinds = self._placing.kinds(joint.vocabulary, states)
         chosen = [self._chosen(e, i, joint) for i, e in enumerate(evidence)]
-        self._profile = self._placing.learn(evidence, chosen, joint.trust, kinds)
+        before = self._profile
+        if before is None or not live or self._taught < ENOUGH_TAUGHT:
+            self._profile = self._placing.learn(evidence, chosen, joint.trust, kinds, before.axis if before else None)
+            self._taught = len(evidence)
         placed = [
-            self._placing.place(e, pose, float(t), kinds, self._profile, joint.noise)
+            self._replaced(e, pose, float(t), kinds, joint, before is self._profile)
             for e, pose, t in zip(evidence, chosen, joint.trust, strict=True)
         ]
         residuals = [p.residual for p in placed if np.isfinite(p.residual)]
         self._typical = float(np.median(residuals)) if residuals else np.inf
         return self._publish(placed)
 
-    def _solve(self, evidence: list[Evidence], restarts: int) -> tuple[Joint, list[Evidence]]:
+    def _replaced(self, e: Evidence, pose: Float | None, trust: float, kinds: Int, joint: Joint, same: bool) -> Placed:
+        """Refined again, unless it lies at the place where it was refined before by the same profile."""
+        old = self._placed.get(e.snapshot.key)
+        if (
+            same
+            and old is not None
+            and old.start is not None
+            and pose is not None
+            and old.start.tobytes() == pose.tobytes()
+        ):
+            return replace(old, evidence=e, trust=min(trust, 1.0 if old.fitted else UNFITTED_TRUST))
+        return self._placing.place(e, pose, trust, kinds, self._profile, joint.noise)
+
+    def _solve(self, evidence: list[Evidence], live: bool) -> tuple[Joint, list[Evidence]]:
         """Decide, learn the noise from the decision, look further for what found no place; until nothing changes."""
         noise = self._joint.noise if self._joint else self._stated
         first, second = dec.chains(evidence)
+        restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
         joint = self._decide(evidence, noise, restarts if noise is not self._stated else 2, first, second)
-        for _ in range(NOISE_ROUNDS):
+        for _ in range(1 if live and noise is not self._stated else NOISE_ROUNDS):
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
             )
             learned = noise.learned(errors, joint.trust, first, second, _spread(evidence, joint))
             evidence, widened = self._look_further(evidence, joint, learned)
             settled = _similar(noise, learned) and not widened
+            if settled and (live or noise is not self._stated):
+                break
             noise = learned
             joint = self._decide(evidence, noise, restarts, first, second)
             if settled:

@@ -20,7 +20,7 @@ from .observe import RodsFound, find_rods
 from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
 from .values import Camera, CorrectedPose, Float, Int, Status
 
-TEACHERS = 56  # snapshots that the profile is learned from
+TEACHERS, JUDGES = 40, 16  # snapshots that the profile is learned from, and the channel weights
 FOCUS_PX = 2.0  # blur of a first fit from afar
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed
 ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
@@ -38,7 +38,8 @@ MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snap
 @dataclass(frozen=True, slots=True, eq=False)
 class Placed:
     """A snapshot at its place. pose: (3,) or None. covariance: (3, 3), m and rad. trust: probability of the place.
-    rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual_px: rms, or NaN."""
+    rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual: rms, grey
+    levels, or NaN. start: the pose refined from. fitted: whether the pixels bore it out."""
 
     evidence: Evidence
     pose: Float | None
@@ -47,6 +48,8 @@ class Placed:
     rods: Int
     ratio: Float
     residual: float
+    start: Float | None = None
+    fitted: bool = False
 
 
 class Placing:
@@ -66,28 +69,33 @@ class Placing:
         return kind
 
     def learn(
-        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int
+        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int, axis: Float | None
     ) -> Profile | None:
-        """The radial profile, from the snapshots that are surest and spread evenly, in three rounds."""
+        """The radial profile, from the snapshots that are surest, spread evenly.
+
+        Args:
+            axis: the weights of the colour channels; where not given, brightness or what shows rods best against the
+                light (`refine.contrast_axis`), whichever leaves poses less uncertain.
+        """
         sure = [i for i in range(len(poses)) if poses[i] is not None and trust[i] > 0.9]
-        if not sure:
-            sure = [i for i in range(len(poses)) if poses[i] is not None]
+        sure = sure or [i for i in range(len(poses)) if poses[i] is not None]
         if not sure:
             return None
-        chosen = [sure[k] for k in np.unique(np.linspace(0, len(sure) - 1, TEACHERS).round().astype(int))]
-        first = {i: _required(poses[i]) for i in chosen}
-        hue = contrast_axis([self._rings(evidence[i], first[i]) for i in chosen])
-        lessons = [self._teach(evidence, first, kinds, axis) for axis in (np.full(3, 1 / np.sqrt(3)), hue)]
-        return min(lessons, key=lambda lesson: lesson[1])[0]
+        if axis is None:
+            few = _spread_evenly(sure, poses, JUDGES)
+            hue = contrast_axis([self._rings(evidence[i], few[i]) for i in few])
+            candidates = (np.full(3, 1 / np.sqrt(3)), hue)
+            axis = min(candidates, key=lambda weights: self._teach(evidence, few, kinds, weights, 2)[1])
+        return self._teach(evidence, _spread_evenly(sure, poses, TEACHERS), kinds, axis, 3)[0]
 
     def _teach(
-        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float
+        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float, rounds: int
     ) -> tuple[Profile, float]:
         """The profile through some channel weights, and how uncertain poses by it are (median variance, px²)."""
         taught, about = dict(first), centre_px(self._setting.camera)
         profile: Profile | None = None
         uncertainty: list[float] = []
-        for _ in range(3):
+        for _ in range(rounds):
             data = {i: self._cut(evidence[i], taught[i], kinds, axis) for i in taught}
             profile = learn_profile(list(data.values()), self._setting.band.inner_px, self._reach_px, axis, profile)
             uncertainty = []
@@ -115,7 +123,7 @@ class Placing:
             residual, fitted = float(np.sqrt(result.variance)), alone and result.absent < 0.6
         trust = trust if fitted else min(trust, UNFITTED_TRUST)
         rods, ratio = self._looks(e, refined)
-        return Placed(e, refined, covariance, trust, rods, ratio, residual)
+        return Placed(e, refined, covariance, trust, rods, ratio, residual, pose, fitted)
 
     def _best_fit(
         self, e: Evidence, pose: Float, kinds: Int, profile: Profile, noise: NoiseModel
@@ -263,6 +271,11 @@ def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: N
     c, s, d = np.cos(turn), np.sin(turn), pose[:2] - pivot
     x, y = pivot[0] + c * d[0] - s * d[1], pivot[1] + s * d[0] + c * d[1]
     return list(np.stack([x, y, pose[2] + turn], axis=1))
+
+
+def _spread_evenly(index: Sequence[int], poses: Sequence[Float | None], most: int) -> dict[int, Float]:
+    chosen = [index[k] for k in np.unique(np.linspace(0, len(index) - 1, most).round().astype(int))]
+    return {i: _required(poses[i]) for i in chosen}
 
 
 def _required_profile(profile: Profile | None) -> Profile:
