@@ -38,14 +38,14 @@ class Layout:
         """The layout of a pond that has rods.
 
         Raises:
-            InvalidLayout: no rods, or rods without an extent or without a ring.
+            InvalidLayout: no rods, or rods without an extent.
         """
         if not pond.rods:
             raise InvalidLayout("The pond has no rods in its layout.")
         centres = np.array([[r.x_m, r.y_m] for r in pond.rods])
         inner = float(np.median([r.inner_radius_m for r in pond.rods]))
         outer = float(np.median([r.outer_radius_m for r in pond.rods]))
-        if not 0 < inner < outer:
+        if not 0 < inner <= outer:
             raise InvalidLayout(f"The rods' radii are {inner:g} m inside and {outer:g} m outside.")
         tree = cKDTree(centres)
         pitch = _pitch(tree, centres, outer)
