@@ -20,6 +20,7 @@ export class Inspection extends EventTarget {
   clockSkewMs = 0;
   /** In a review: the moment that is held, epoch ms, the server's clock. @type {number | null} */ heldAtMs = null;
   /** Of the last `poses`: the snapshots that came while this page watched. @type {PoseRow[]} */ fresh = [];
+  /** First and last arrival of a snapshot, epoch ms, the server's clock. @type {[number, number] | null} */ span = null;
   #full = false;
 
   /** @param {SessionFacts} facts */
@@ -78,6 +79,7 @@ export class Inspection extends EventTarget {
     this.rods.clear();
     this.poses.clear();
     this.robots.clear();
+    this.span = null;
     this.revision = null;
   }
 
@@ -97,7 +99,9 @@ export class Inspection extends EventTarget {
     const last = this.robots.get(pose.robot)?.pose;
     const newer = !last || (pose.boot ?? 0) > (last.boot ?? 0)
       || ((pose.boot ?? 0) === (last.boot ?? 0) && pose.sequence >= last.sequence);
-    if (newer) this.robots.set(pose.robot, { pose, heardAt: Date.parse(pose.received_at ?? '') });
+    const heardAt = Date.parse(pose.received_at ?? '');
+    if (newer) this.robots.set(pose.robot, { pose, heardAt });
+    if (!Number.isNaN(heardAt)) this.span = [Math.min(heardAt, this.span?.[0] ?? heardAt), Math.max(heardAt, this.span?.[1] ?? heardAt)];
   }
 
   /** @param {{[field: string]: any}} message @param {number} nowMs */

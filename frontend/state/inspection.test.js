@@ -72,3 +72,9 @@ test('the mean drift is the root mean square over placed snapshots', () => {
   assert.equal(inspection({ type: 'poses', poses: [moved(1, 1), moved(2, 7), moved(3, 100, 'uncertain')] }).meanDriftM, 5);
   assert.equal(inspection().meanDriftM, null);
 });
+
+test('the span is from the first arrival to the last, whatever the order of telling', () => {
+  const at = (sequence, s) => pose(sequence, { received_at: new Date(1000 * s).toISOString() });
+  assert.deepEqual(inspection({ type: 'poses', poses: [at(2, 20), at(1, 5), pose(3), at(4, 9)] }).span, [5000, 20_000]);
+  assert.equal(inspection().span, null);
+});

@@ -15,6 +15,9 @@ const MOST_COLUMNS = 420;
 export class Looks {
   /** @type {Map<string, {recent: number, newestMs: number}>} */ rods = new Map();
 
+  /** Share of the rods seen at least twice within RECENT_MS; null without a layout. @type {number | null} */ twiceShare = null;
+  /** Where one snapshot would help most: with most rods not seen twice lately. @type {{xM: number, yM: number, rods: number} | null} */ next = null;
+
   /** @param {Pond} pond @param {Camera} camera */
   constructor(pond, camera) {
     this.pond = pond;
@@ -42,6 +45,7 @@ export class Looks {
       this.#countCells(at, heardMs, sigmaM);
       this.#countRods(at, heardMs, nowMs - heardMs <= RECENT_MS);
     }
+    this.#summarise();
   }
 
   /** @param {number} xM @param {number} yM @returns {CellFacts | null} null outside the pond */
@@ -57,21 +61,32 @@ export class Looks {
     return this.looks.reduce((seen, looks) => seen + (looks ? 1 : 0), 0) / this.looks.length;
   }
 
-  /** Share of the rods seen at least twice within RECENT_MS; null without a layout. */
-  get twiceShare() {
-    if (!this.rods.size) return null;
-    return [...this.rods.values()].filter(({ recent }) => recent >= 2).length / this.rods.size;
+  #summarise() {
+    const rods = this.pond.rods ?? [];
+    const needy = rods.filter((rod) => (this.rods.get(rod.id)?.recent ?? 0) < 2);
+    this.twiceShare = rods.length ? 1 - needy.length / rods.length : null;
+    this.next = this.#bestOf(needy);
   }
 
   /**
-   * Where one snapshot would help most: the place whose footprint holds the most rods not seen twice lately.
-   * @returns {{xM: number, yM: number, rods: number} | null}
+   * The place of a rod whose footprint holds most of them, counted by cells through a table of sums.
+   * @param {RodLayout[]} needy @returns {{xM: number, yM: number, rods: number} | null}
    */
-  get next() {
-    const needy = (this.pond.rods ?? []).filter((rod) => (this.rods.get(rod.id)?.recent ?? 0) < 2);
+  #bestOf(needy) {
+    const width = this.columns + 1;
+    const sums = new Uint32Array(width * (this.rows + 1));
+    for (const { x_m, y_m } of needy) sums[(this.#row(y_m) + 1) * width + this.#column(x_m) + 1] += 1;
+    for (let row = 1; row <= this.rows; row += 1) {
+      for (let i = row * width + 1, inRow = 0; i < (row + 1) * width; i += 1) {
+        inRow += sums[i];
+        sums[i] = inRow + sums[i - width];
+      }
+    }
     let best = null;
     for (const { x_m, y_m } of needy) {
-      const rods = needy.filter((rod) => Math.abs(rod.x_m - x_m) <= this.half[0] && Math.abs(rod.y_m - y_m) <= this.half[1]).length;
+      const [left, right] = [this.#column(x_m - this.half[0]), this.#column(x_m + this.half[0]) + 1];
+      const [top, bottom] = [this.#row(y_m + this.half[1]) * width, (this.#row(y_m - this.half[1]) + 1) * width];
+      const rods = sums[bottom + right] - sums[bottom + left] - sums[top + right] + sums[top + left];
       if (!best || rods > best.rods) best = { xM: x_m, yM: y_m, rods };
     }
     return best;

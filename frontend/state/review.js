@@ -44,17 +44,6 @@ export class Clock extends EventTarget {
   }
 }
 
-/** First and last arrival, epoch ms; null where there is none. @param {Inspection} inspection @returns {[number, number] | null} */
-export function spanOf(inspection) {
-  let [first, last] = [Infinity, -Infinity];
-  for (const { received_at } of inspection.poses.values()) {
-    const atMs = Date.parse(received_at ?? '');
-    if (atMs < first) first = atMs;
-    if (atMs > last) last = atMs;
-  }
-  return first <= last ? [first, last] : null;
-}
-
 /**
  * The inspection as far as a moment. A rod that nobody had looked at by then is not observed.
  * @param {Inspection} inspection @param {number} atMs epoch, the server's clock

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Inspection } from './inspection.js';
 import { robotViews } from './robots.js';
-import { Clock, asOf, spanOf } from './review.js';
+import { Clock, asOf } from './review.js';
 
 const T = Date.parse('2030-01-01T12:00:00Z');
 const at = (s) => new Date(T + 1000 * s).toISOString();
@@ -37,11 +37,6 @@ test('the coverage is that of the moment', () => {
   const [early, late] = [asOf(inspection(), T), asOf(inspection(), T + 20_000)];
   assert.ok(Math.abs(early.facts.coverage - 0.02) < 0.002);
   assert.ok(Math.abs(late.facts.coverage - 0.06) < 0.006);
-});
-
-test('the span is from the first arrival to the last', () => {
-  assert.deepEqual(spanOf(inspection()), [T, T + 20_000]);
-  assert.equal(spanOf(new Inspection({})), null);
 });
 
 test('a replay runs at its speed, holds at the end, and goes back to live only when asked', () => {

@@ -1,7 +1,7 @@
 // @ts-check
 /** Which moment the page shows: keeps the clock, its bar, and the inspection as far as that moment. */
 
-import { Clock, asOf, spanOf } from '../state/review.js';
+import { Clock, asOf } from '../state/review.js';
 import { TimeBar } from './timebar.js';
 
 const LEAST_MS = 120;
@@ -30,13 +30,13 @@ export class Timekeeper extends EventTarget {
 
   /** Back or on by some seconds. @param {number} s */
   step(s) {
-    const span = spanOf(this.#inspection);
+    const { span } = this.#inspection;
     if (!span) return;
     this.clock.seek(Math.min(span[1], Math.max(span[0], (this.clock.atMs ?? span[1]) + 1000 * s)));
   }
 
   tick() {
-    const span = spanOf(this.#inspection);
+    const { span } = this.#inspection;
     const now = performance.now();
     this.clock.tick(now - this.#tickedAt, span?.[1] ?? 0);
     this.#tickedAt = now;
@@ -47,7 +47,7 @@ export class Timekeeper extends EventTarget {
   #changed() {
     this.#stale = true;
     if (this.clock.live || performance.now() - this.#madeAt >= LEAST_MS) this.#make();
-    this.bar.update(spanOf(this.#inspection));
+    this.bar.update(this.#inspection.span);
   }
 
   #make() {
