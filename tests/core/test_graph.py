@@ -60,6 +60,11 @@ def test_on_a_floor_that_repeats_no_jump_is_called_placed(kind, seed):
     assert placed.sum() < 3 or (error > GROSS_PX).sum() == 0
 
 
+def test_the_operator_is_told_where_a_floor_repeats_itself():
+    assert "repeats itself" in _settled(inspect("rods", 8, 14, pond_px=(240, 190))).quality().sentence
+    assert "repeats itself" not in _settled(inspect("rows", 8, 14, pond_px=(240, 190))).quality().sentence
+
+
 def test_a_floor_without_any_texture_is_said_to_be_unsolved():
     swarm = inspect("gravel", 10, 12)
     blank = [dataclasses.replace(s, image=np.full_like(s.image, 90)) for s in swarm.snapshots]

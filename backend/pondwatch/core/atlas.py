@@ -57,6 +57,7 @@ class Atlas:
         self.precision = np.zeros((0, 3, 3))
         self.frame_slack_px = 0.0
         self.placer = Placer(size_px)
+        self._last_odds = -np.inf
 
     def __len__(self) -> int:
         return len(self.views)
@@ -94,11 +95,12 @@ class Atlas:
         self._learn_pairs(closeness)
         support = closeness.sum(axis=1)
         settled = np.zeros(count, dtype=bool)
+        tried = {widening: np.full((count, 2), -1.0) for widening, _ in SURE_STEPS}
         while not settled.all():
             seed = int(np.argmax(np.where(settled, -1.0, support)))
             settled[seed] = True
             for widening, sure in SURE_STEPS:
-                self._spread(settled, closeness, sure, widening)
+                self._spread(settled, closeness, sure, widening, tried[widening])
 
     def _learn_pairs(self, closeness: Float) -> None:
         """Learn how well true and wrong pairs agree, from pairs that lie close by their noisy poses."""
@@ -111,16 +113,20 @@ class Atlas:
                 break
             self._against(number, nearest[number : number + 1], int(self.group[nearest[number]]), np.inf, 1.0)
 
-    def _spread(self, settled: Bool, closeness: Float, sure: float, widening: float) -> None:
-        tried_at = np.full(len(self), -1.0)
+    def _spread(self, settled: Bool, closeness: Float, sure: float, widening: float, tried: Float) -> None:
+        """Place what is ready, the best supported first; again only with more support, or where less odds will do.
+
+        tried: (N, 2), the support and the odds at the last try; updated.
+        """
         while True:
             backing = closeness[:, settled].sum(axis=1)
-            ready = ~settled & (backing > 0.2) & (backing > 1.3 * tried_at)
+            ready = ~settled & (backing > 0.2) & ((backing > 1.3 * tried[:, 0]) | (tried[:, 1] >= sure))
             if not ready.any():
                 return
             number = int(np.argmax(np.where(ready, backing, -1.0)))
-            tried_at[number] = backing[number]
+            self._last_odds = -np.inf
             settled[number] = self.place(number, settled, sure, widening)
+            tried[number] = backing[number], min(self._last_odds, np.nextafter(sure, -np.inf))
 
     def _closeness(self, numbers: Int) -> Float:
         """(N, N): about which share of floor two snapshots have in common, by their noisy poses."""
@@ -162,6 +168,7 @@ class Atlas:
         sigmas = self.sigmas * np.sqrt(1 / alone + 1 / together)
         among = self._neighbours(near)
         decision = self.placer.decide(self.views[number], self.poses[number], sigmas, among, sure, widening)
+        self._last_odds = max(self._last_odds, decision.odds)
         return [Edge(int(near[n]), number, fit) for n, fit in decision.fits], decision.odds
 
     def _neighbours(self, numbers: Int) -> Neighbours:

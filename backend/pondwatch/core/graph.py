@@ -38,6 +38,7 @@ MOVED_RAD = 0.001
 FRAME_SLACK_PX = 0.5  # live, a group keeps its frame until the noisy poses ask for more than this
 LOCAL_INFLATION = 4.0  # live: a neighbour's own error counts too
 RETRIED = 2
+REPEATS_MUCH = 12.0  # wrong places score so many times better than on a floor without repeats
 
 
 class GraphCorrector:
@@ -102,10 +103,11 @@ class GraphCorrector:
         return tuple(RodReading(r.id, RodState.UNSEEN, None, 0.0, 0) for r in self._inspection.pond.rods)
 
     def quality(self) -> Quality:
-        """How well it stands. facts: groups and edges; after `settle` also edges dropped, cycle sums in px and
+        """How well it stands. facts: groups, edges, how much the floor repeats; after `settle` also edges dropped, cycle sums in px and
         radians, and how many snapshots of one robot share one error."""
         count = Counter(p.status for p in self._poses.values())
         facts: dict[str, Any] = {"groups": len(set(self._atlas.group.tolist())), "edges": len(self._atlas.edges)}
+        facts["repeats"] = round(self._atlas.placer.agreement.repeats, 1)
         if self._settled is not None:
             facts |= self._settled.facts
         sigma = self._atlas.sigmas
@@ -186,4 +188,6 @@ def _sentence(count: Counter[Status], facts: Mapping[str, Any]) -> str:
         parts.append(f"{count[Status.UNCERTAIN]} share too little with them and lie where their robots said")
     if count[Status.REJECTED]:
         parts.append(f"{count[Status.REJECTED]} could not be used")
+    if facts.get("repeats", 1.0) > REPEATS_MUCH:
+        parts.append("the floor repeats itself, so that a whole group may lie one step away")
     return "; ".join(parts) + "; where the whole lies in the pond only the robots' own poses say."
