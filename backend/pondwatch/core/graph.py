@@ -103,8 +103,11 @@ class GraphCorrector:
         return tuple(RodReading(r.id, RodState.UNSEEN, None, 0.0, 0) for r in self._inspection.pond.rods)
 
     def quality(self) -> Quality:
-        """How well it stands. facts: groups, edges, how much the floor repeats; after `settle` also edges dropped, cycle sums in px and
-        radians, and how many snapshots of one robot share one error."""
+        """How well it stands.
+
+        facts: groups, edges, how much the floor repeats; after `settle` also edges dropped, cycle sums in px, and how
+        many snapshots of one robot share one error.
+        """
         count = Counter(p.status for p in self._poses.values())
         facts: dict[str, Any] = {"groups": len(set(self._atlas.group.tolist())), "edges": len(self._atlas.edges)}
         facts["repeats"] = round(self._atlas.placer.agreement.repeats, 1)
