@@ -30,6 +30,7 @@ PLACED_ABOVE = 0.99  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 FULL_RESTARTS = 24  # of the search, when all is decided from the start
+AGREE, AGREE_FEW = 3, 8  # runs that reach the best score, from which the search ends; few snapshots have more optima
 LIVE_WORK = 900  # snapshots times restarts, while uploads go on
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
 NOISE_ROUNDS = 3
@@ -175,7 +176,8 @@ class LatticeCorrector:
         tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
         ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
-        decisions = decide(problem, self._seed, restarts)
+        agree = AGREE if len(evidence) > 100 else AGREE_FEW
+        decisions = decide(problem, self._seed, restarts, agree)
         return Joint(vocabulary, noise, problem, decisions[0], dec.trust(problem, decisions), len(decisions))
 
     def _chosen(self, e: Evidence, i: int, joint: Joint) -> Float | None:
