@@ -127,6 +127,35 @@ def upload(
 
 
 @app.command()
+def dataset(
+    name: Annotated[str, typer.Argument(metavar="SET", help="sfp10, the data set of arXiv 2503.02752 made anew.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for it; what is there already is kept.")],
+    train: Annotated[int, typer.Option(help="Training sets.")] = 10_000,
+    test: Annotated[int, typer.Option(help="Test sets.")] = 1_000,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same sets.")] = 0,
+    split: Annotated[str, typer.Option(help="shared or disjoint: the poses of test and training ponds.")] = "shared",
+    noise: Annotated[str, typer.Option(help="paper, wide or scripts.")] = "paper",
+    instances: Annotated[int, typer.Option(help="Noise instances a pond, a set each.")] = 100,
+    workers: Annotated[int, typer.Option(help="Processes.")] = 2,
+) -> None:
+    """Make a data set for training and measuring correction methods; cut off, it goes on where it was."""
+    from typing import Any
+
+    from pondwatch.core.errors import Invalid
+    from pondwatch.simulator.sfp10 import Sfp10Spec
+    from pondwatch.simulator.sfp10_files import write_dataset
+
+    if name != "sfp10":
+        raise Invalid(f"dataset: there is no data set {name!r}; there is sfp10.")
+    words: dict[str, Any] = {"split": split, "noise": noise}
+    spec = Sfp10Spec(train=train, test=test, seed=seed, instances=instances, **words)
+    with _progress() as bar:
+        task = bar.add_task("Ponds", total=None)
+        made = write_dataset(spec, out, workers, lambda done, total: bar.update(task, completed=done, total=total))
+    print(f"{train} training and {test} test sets are in {out}, {made['bytes'] / 1e6:.0f} MB.")
+
+
+@app.command()
 def simulate(
     url: Annotated[str | None, typer.Option(help="Server to upload to.")] = None,
     out: Annotated[Path | None, typer.Option(metavar="BUNDLE", help="Write a bundle with its truth instead.")] = None,
