@@ -11,11 +11,12 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from .errors import Invalid
+from .graph import GraphCorrector
 from .identity import IdentityCorrector
 from .lattice import LatticeCorrector
 from .values import CorrectedPose, Correction, Inspection, Quality, RodReading, Snapshot, SnapshotKey
 
-METHODS = ("auto", "identity", "lattice")
+METHODS = ("auto", "identity", "lattice", "graph")
 
 
 class Corrector(Protocol):
@@ -46,9 +47,11 @@ def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:
         Invalid: there is no such method, or the session does not have what it needs.
     """
     if method == "auto":
-        method = "lattice" if inspection.pond.rods else "identity"
+        method = "lattice" if inspection.pond.rods else "graph"
     if method == "identity":
         return IdentityCorrector(inspection)
+    if method == "graph":
+        return GraphCorrector(inspection)
     if method == "lattice":
         return LatticeCorrector(inspection)
     raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)
