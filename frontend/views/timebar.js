@@ -12,7 +12,7 @@ export class TimeBar {
   #span = [0, 1];
   #live = h('button', { type: 'button', id: 'go-live', title: 'Back to live (V)', text: 'Live' });
   #play = h('button', { type: 'button', id: 'play', title: 'Hold or replay (Space)' });
-  #slider = h('input', { type: 'range', id: 'scrub', min: '0', max: String(STEPS), value: String(STEPS), 'aria-label': 'Moment of the inspection' });
+  #slider = h('input', { type: 'range', id: 'scrub', min: '0', max: String(STEPS), value: String(STEPS), disabled: true, 'aria-label': 'Moment of the inspection' });
   #label = h('span', { class: 'moment', id: 'moment' });
   #speed = h('select', { 'aria-label': 'Speed of the replay', title: 'Speed of the replay' }, ...SPEEDS.map((speed) => h('option', { value: speed, text: `${speed}×` })));
 
