@@ -18,7 +18,7 @@ from .values import Bool, Camera, Float, Image
 
 SECTORS = 24
 INNER_SHARES = (0.3, 0.5, 0.7)  # of the inner radius, where sectors are sampled
-ANNULUS_SHARES = (0.35, 0.5, 0.65)  # of the way from inner to outer radius
+ANNULUS_SHARES = (0.15, 0.25, 0.35)  # of the way from inner to outer radius: clear of a thick line around the rod
 OFFSET = 8.0  # grey levels; keeps the log ratio of dark pixels finite
 LEAST_STEP = 0.12  # log ratio between hollow and filled, under which there is one cluster only
 LEAST_SEPARATION = 4.5  # between the clusters, in their own spreads
