@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pondwatch.core.corrector import make_corrector
+from pondwatch.core.corrector import hold, make_corrector
 from pondwatch.core.errors import Invalid
 from pondwatch.core.mosaic import Mosaic
 from pondwatch.core.values import CorrectedPose, Image, Quality, RodReading, Snapshot, SnapshotKey, Status
@@ -51,7 +51,7 @@ def correct_bundle(
             taken[snapshot.key] = snapshot
             batch.append(snapshot)
         if len(batch) == _BATCH or done == len(rows):
-            corrector.add(batch)
+            hold(corrector, batch)
             batch = []
         progress("Correcting", done, len(rows))
     corrector.settle()

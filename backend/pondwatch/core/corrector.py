@@ -8,7 +8,7 @@ and its result does not depend on the order in which the snapshots came.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from .errors import Invalid
 from .graph import GraphCorrector
@@ -38,6 +38,25 @@ class Corrector(Protocol):
 
     def quality(self) -> Quality:
         """How well it stands."""
+
+
+@runtime_checkable
+class Deliberates(Protocol):
+    """A corrector whose joint decisions may be made beside it: `deliberate` in another thread, then `adopt`."""
+
+    def due(self) -> bool:
+        """Whether all should be decided together again."""
+
+    def deliberate(self) -> Any:
+        """Decide all together that are held now; changes nothing."""
+
+    def adopt(self, deliberation: Any, /) -> Correction:
+        """Take the result over; what came since is decided against it."""
+
+
+def hold(corrector: Corrector, snapshots: Sequence[Snapshot]) -> None:
+    """Give a corrector snapshots that it need not decide before it is settled."""
+    getattr(corrector, "hold", corrector.add)(snapshots)
 
 
 def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:

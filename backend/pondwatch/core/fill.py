@@ -55,6 +55,8 @@ def read_rods(
             likeness to the annulus alone, and confidence says so.
     """
     n = len(ids)
+    if not len(looks.rod):
+        return tuple(_unseen(i) for i in ids)
     prior = np.full(states.COUNT, 1 / states.COUNT) if prior is None else prior
     views = np.bincount(looks.rod, minlength=n)
     best = np.zeros(n)

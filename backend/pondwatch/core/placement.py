@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from . import states
-from .codes import SECTORS, Palette, read_codes
+from .codes import SECTORS, read_codes
 from .decision import Vocabulary
 from .evidence import Evidence, Setting
-from .fill import Looks, to_pond, wholly_in_view
+from .fill import wholly_in_view
 from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
 from .hypotheses import describe, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
@@ -244,17 +244,6 @@ class Placing:
 def doubted(p: Placed, residual_limit: float) -> Placed:
     """The same; where its pixels misfit by more than the limit, with less trust in its place."""
     return replace(p, trust=min(p.trust, UNFITTED_TRUST)) if p.residual > residual_limit else p
-
-
-def looks_of(placed: Sequence[Placed], setting: Setting, palette: Palette | None = None) -> Looks:
-    """All looks at whole rods by snapshots that have a place."""
-    with_pose = [p for p in placed if p.pose is not None and len(p.rods)] if palette else []
-    if not with_pose or palette is None:
-        return Looks(np.zeros(0, np.int64), np.zeros((0, SECTORS)), np.zeros(0))
-    theta = np.concatenate([np.full(len(p.rods), _required(p.pose)[2]) for p in with_pose])
-    share = palette.share(np.concatenate([p.ratio for p in with_pose]))
-    trust = np.concatenate([np.full(len(p.rods), p.trust) for p in with_pose])
-    return Looks(np.concatenate([p.rods for p in with_pose]), to_pond(share, theta), trust)
 
 
 def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: NoiseModel) -> list[Float]:

@@ -2,35 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter, deque
 
 import numpy as np
 
 from .noise import UNKNOWN_HEADING, NoiseModel
-from .placement import Placed
 from .values import Camera, CorrectedPose, Quality, Status
 
+LATEST = 500  # snapshots that medians are of
 
-def judge(
-    placed: Sequence[Placed], poses: Sequence[CorrectedPose], noise: NoiseModel, camera: Camera, pitch_m: float
-) -> Quality:
-    """Counts, estimated noise of the poses that came in, residual in grey levels, and what it means."""
-    count = {s: sum(p.status == s for p in poses) for s in Status}
-    residuals = [p.residual for p in placed if np.isfinite(p.residual)]
-    sigma_px = noise.sigma_xy_m / camera.metres_per_pixel
-    facts = {
-        "gross_share": round(noise.gross, 4),
-        "error_correlation": round(noise.correlation, 3),
-        "sigma_in_pitches": round(noise.sigma_xy_m / pitch_m, 3),
-        "residual_grey": round(float(np.median(residuals)), 3) if residuals else None,
-    }
-    sigmas = [p.sigma_xy_m for p in poses if p.status is Status.PLACED and p.sigma_xy_m is not None]
-    residual_px = float(np.median(sigmas)) / camera.metres_per_pixel if sigmas else None
-    sentence = _sentence(len(poses), count[Status.UNCERTAIN], sigma_px, noise)
-    return Quality(
-        len(poses), count[Status.PLACED], count[Status.UNCERTAIN], count[Status.REJECTED],
-        noise.sigma_xy_m, noise.sigma_theta_rad, residual_px, sentence, facts,
-    )  # fmt: skip
+
+class Tally:
+    """Counts of snapshots by status, and what is typical of the latest of them."""
+
+    def __init__(self) -> None:
+        self._count = Counter[Status]()
+        self._sigmas_m: deque[float] = deque(maxlen=LATEST)
+        self._residuals: deque[float] = deque(maxlen=LATEST)
+
+    def count(self, before: CorrectedPose | None, after: CorrectedPose, residual: float) -> None:
+        """A snapshot is new, or lies otherwise than before."""
+        if before is not None:
+            self._count[before.status] -= 1
+        self._count[after.status] += 1
+        if after.status is Status.PLACED and after.sigma_xy_m is not None:
+            self._sigmas_m.append(after.sigma_xy_m)
+        if np.isfinite(residual):
+            self._residuals.append(residual)
+
+    def quality(self, noise: NoiseModel, camera: Camera, pitch_m: float) -> Quality:
+        """Counts, estimated noise of the poses that came in, residual in grey levels, and what it means."""
+        total = sum(self._count.values())
+        facts = {
+            "gross_share": round(noise.gross, 4),
+            "error_correlation": round(noise.correlation, 3),
+            "sigma_in_pitches": round(noise.sigma_xy_m / pitch_m, 3),
+            "residual_grey": round(float(np.median(self._residuals)), 3) if self._residuals else None,
+        }
+        sigma_px = float(np.median(self._sigmas_m)) / camera.metres_per_pixel if self._sigmas_m else None
+        uncertain = self._count[Status.UNCERTAIN]
+        sentence = _sentence(total, uncertain, noise.sigma_xy_m / camera.metres_per_pixel, noise)
+        return Quality(
+            total, self._count[Status.PLACED], uncertain, self._count[Status.REJECTED],
+            noise.sigma_xy_m, noise.sigma_theta_rad, sigma_px, sentence, facts,
+        )  # fmt: skip
 
 
 def _sentence(total: int, uncertain: int, sigma_px: float, noise: NoiseModel) -> str:

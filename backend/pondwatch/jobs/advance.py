@@ -28,13 +28,14 @@ class CannotLoad(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """What was committed. left: snapshots that still wait."""
+    """What was committed. left: snapshots that still wait. thinking: more will change without a further snapshot."""
 
     revision: int
     covered: int
     left: int
     patches: tuple[EncodedRect, ...]
     state: State
+    thinking: bool = False
 
 
 def advance(store: Store, lane: Lane, session_id: str, now_ms: int, limit: int) -> Step | None:
@@ -54,6 +55,19 @@ def advance(store: Store, lane: Lane, session_id: str, now_ms: int, limit: int) 
         _load(store, lane, session_id)
         outcome = lane.call("advance", session_id, session.revision, refs)
     return commit(store, session, fresh, outcome, now_ms)
+
+
+def reflect(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step | bool:
+    """Record what a joint decision that was made beside the uploads changed.
+
+    Returns:
+        The revision that was written; else whether a decision is still being made.
+    """
+    session = store.read(lambda c: sessions.get(c, session_id))
+    outcome = lane.call("reflect", session_id, session.revision)
+    if outcome is None or isinstance(outcome, bool):
+        return bool(outcome)
+    return commit(store, session, (), outcome, now_ms)
 
 
 def _load(store: Store, lane: Lane, session_id: str) -> None:
@@ -82,7 +96,7 @@ def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outc
     def unit(connection: Connection) -> Step:
         revision = revisions.write(connection, new)
         left = snapshots.count_after(connection, session.id, through)
-        share = len(fresh) / (len(fresh) + left)
+        share = len(fresh) / max(1, len(fresh) + left)
         jobs.mark(
             connection,
             session.id,
@@ -93,7 +107,7 @@ def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outc
             progress=share,
             state="running" if left else "done",
         )
-        return Step(revision, len(fresh), left, outcome.patches, session.state)
+        return Step(revision, len(fresh), left, outcome.patches, session.state, outcome.thinking)
 
     return store.write(unit)
 

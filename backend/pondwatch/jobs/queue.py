@@ -20,6 +20,7 @@ from pondwatch.store.store import Store
 from .lanes import Lane, lane_of
 from .steps import Steps
 
+GLANCE_S = 0.15  # between looks at whether a joint decision is made
 PAUSES_S = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 
 
@@ -59,6 +60,7 @@ class _LaneThread:
         self._steps, self._lane = steps, lane
         self._due: OrderedDict[str, None] = OrderedDict()
         self._changed = threading.Condition()
+        self._thinking: set[str] = set()
         self._closed = False
         self._failures = 0
         self._thread = threading.Thread(target=self._run, name="lane", daemon=True)
@@ -87,11 +89,13 @@ class _LaneThread:
         while (session_id := self._next()) is not None:
             if self._step(session_id):
                 self.wake(session_id)
+            (self._thinking.add if self._steps.thinking(session_id) else self._thinking.discard)(session_id)
 
     def _next(self) -> str | None:
         with self._changed:
             while not self._due and not self._closed:
-                self._changed.wait()
+                if not self._changed.wait(GLANCE_S if self._thinking else None):
+                    self._due.update(dict.fromkeys(self._thinking))
             return None if self._closed else self._due.popitem(last=False)[0]
 
     def _step(self, session_id: str) -> bool:

@@ -50,6 +50,11 @@ class Steps:
     def __init__(self, store: Store, clock: Clock, observer: Observer) -> None:
         self._store, self._clock, self._observer = store, clock, observer
         self._troubles: dict[str, Trouble] = {}
+        self._thinking: set[str] = set()
+
+    def thinking(self, session_id: str) -> bool:
+        """Whether a joint decision is being made beside, so that a step will be due without an upload."""
+        return session_id in self._thinking
 
     def take(self, lane: Lane, session_id: str) -> bool:
         """One step; whether there is more to do.
@@ -72,11 +77,30 @@ class Steps:
         step = advance.advance(self._store, lane, session_id, self._now_ms(), limit)
         if step is None:
             if self._session(session_id).state is not State.FINISHING:
-                return False
+                return self._reflect(lane, session_id)
             step = finish.settle(self._store, lane, session_id, self._now_ms())
         trouble.tries, trouble.careful = 0, max(0, trouble.careful - step.covered)
+        self._remember(session_id, step.thinking)
         self._observer.committed(session_id, step, time.perf_counter() - started)
         return step.left > 0 or step.state is State.FINISHING
+
+    def _reflect(self, lane: Lane, session_id: str) -> bool:
+        """Show what was decided beside, where that is done. A worker lost meanwhile decides it anew with the next
+        snapshot, or at the end."""
+        if session_id not in self._thinking:
+            return False
+        started = time.perf_counter()
+        try:
+            step = advance.reflect(self._store, lane, session_id, self._now_ms())
+        except (WorkerLost, TaskFailed):
+            step = False
+        self._remember(session_id, step.thinking if isinstance(step, Step) else step)
+        if isinstance(step, Step):
+            self._observer.committed(session_id, step, time.perf_counter() - started)
+        return False
+
+    def _remember(self, session_id: str, thinking: bool) -> None:
+        (self._thinking.add if thinking else self._thinking.discard)(session_id)
 
     def _failed(self, session_id: str, trouble: Trouble, error: Exception) -> bool:
         trouble.tries += 1

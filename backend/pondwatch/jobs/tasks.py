@@ -84,7 +84,8 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a revision changes. seen_share: of the raster, from 0 to 1."""
+    """What a revision changes. seen_share: of the raster, from 0 to 1. thinking: a joint decision is being made
+    beside, which will change more."""
 
     poses: tuple[Moved, ...]
     rods: tuple[RodReading, ...]
@@ -92,3 +93,4 @@ class Outcome:
     patches: tuple[EncodedRect, ...]
     tiles: tuple[EncodedTile, ...]
     seen_share: float
+    thinking: bool = False

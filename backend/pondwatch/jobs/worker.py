@@ -15,6 +15,7 @@ import threading
 import traceback
 from collections import OrderedDict
 from collections.abc import Iterable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from multiprocessing.connection import wait
 from typing import Any
@@ -22,7 +23,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from pondwatch.core.corrector import Corrector, make_corrector
+from pondwatch.core.corrector import Corrector, Deliberates, hold, make_corrector
 from pondwatch.core.errors import Invalid
 from pondwatch.core.images import decode
 from pondwatch.core.mosaic import Mosaic
@@ -48,10 +49,36 @@ _NICER = 5  # whoever waits for an acknowledgement comes before the correction
 _REJECTED = Shown(Status.REJECTED, None, None, None)
 
 
+class Thought:
+    """A joint decision in a thread of its own, so that snapshots that come meanwhile are shown at once."""
+
+    def __init__(self, corrector: Deliberates) -> None:
+        self._answer: Future[Any] = Future()
+        threading.Thread(target=self._run, args=(corrector,), name="deliberation", daemon=True).start()
+
+    @property
+    def ready(self) -> bool:
+        """Whether it is made."""
+        return self._answer.done()
+
+    def result(self) -> Any:
+        """The decision; None where it failed."""
+        return self._answer.result()
+
+    def _run(self, corrector: Deliberates) -> None:
+        answer = None
+        try:
+            answer = corrector.deliberate()
+        except Exception:  # a border: the poses stay as they are until all is settled, which tells of it
+            traceback.print_exc()
+        self._answer.set_result(answer)
+
+
 @dataclass(slots=True)
 class Held:
     """One session. shown and rods: as stored at `revision`. stale: the corrector may say otherwise than stored.
-    dirty: where the stored mosaic shows snapshots that cannot be read any more."""
+    dirty: where the stored mosaic shows snapshots that cannot be read any more. thought: a joint decision that is
+    being made beside. thoughtless: one failed, and none is begun again."""
 
     inspection: Inspection
     revision: int
@@ -65,6 +92,8 @@ class Held:
     seen: dict[tuple[int, int], int] = field(default_factory=dict)
     dirty: list[Rect] = field(default_factory=list)
     stale: bool = False
+    thought: Thought | None = None
+    thoughtless: bool = False
 
     def take(self, refs: Iterable[SnapshotRef]) -> list[Snapshot]:
         """Read and decode snapshots; those that cannot be are faults, told with the next outcome."""
@@ -101,6 +130,7 @@ class Held:
             tuple(encode_patches(self.mosaic, rects)),
             tuple(encode_tiles(self.mosaic, touched)),
             sum(self.seen.values()) / (self.mosaic.size_px[0] * self.mosaic.size_px[1]),
+            self.thought is not None,
         )
 
     def paint(self, key: SnapshotKey, before: Shown | None, now: Shown) -> list[Rect]:
@@ -110,6 +140,20 @@ class Held:
         if now.pose is None:
             return self.mosaic.drop(key)
         return self.mosaic.put(key, self.images[key], np.array(now.pose), self.refs[key].captured_s)
+
+    def reflect(self) -> list[CorrectedPose] | None:
+        """The poses that a joint decision moved, once it is made; begins one where it is due."""
+        corrector = self.corrector
+        if not isinstance(corrector, Deliberates):
+            return None
+        poses = None
+        if self.thought is not None and self.thought.ready:
+            answer, self.thought = self.thought.result(), None
+            self.thoughtless = answer is None
+            poses = list(corrector.adopt(answer).poses) if answer is not None else []
+        if self.thought is None and not self.thoughtless and corrector.due():
+            self.thought = Thought(corrector)
+        return poses
 
     def _changed_rods(self) -> tuple[RodReading, ...]:
         changed = tuple(r for r in self.corrector.rods() if r != self.rods.get(r.rod_id, _unseen(r.rod_id)))
@@ -136,8 +180,21 @@ class Desk:
         held = self._take(session, revision)
         if held is None:
             return None
-        correction = held.corrector.add(held.take(refs))
-        outcome = held.outcome(held.corrector.poses().values() if held.stale else correction.poses)
+        poses = list(held.corrector.add(held.take(refs)).poses) if refs else []
+        poses += held.reflect() or []
+        latest = {p.key: p for p in poses}  # a pose may have moved twice
+        outcome = held.outcome(held.corrector.poses().values() if held.stale else latest.values())
+        self._keep(session, held)
+        return outcome
+
+    def reflect(self, session: str, revision: int) -> Outcome | bool | None:
+        """What a joint decision made beside changed; True while it is being made, False where there is none; None
+        where the session is not held at this revision."""
+        held = self._take(session, revision)
+        if held is None:
+            return None
+        poses = held.reflect()
+        outcome = held.outcome(poses) if poses is not None else held.thought is not None
         self._keep(session, held)
         return outcome
 
@@ -145,7 +202,7 @@ class Desk:
         """Decide all at once, in the order of the keys, so that nothing of the order of arrival is left."""
         self._take(base.session, base.revision)
         held, snapshots = _as_stored(base)
-        held.corrector.add(sorted(snapshots, key=lambda s: s.key))
+        hold(held.corrector, sorted(snapshots, key=lambda s: s.key))
         held.corrector.settle()
         return held.outcome(sorted(held.corrector.poses().values(), key=lambda p: p.key))
 

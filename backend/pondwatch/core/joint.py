@@ -1,0 +1,168 @@
+"""The joint decision over a set of snapshots: decide, learn the noise from it, look further for what found no place.
+
+Pure: what it is given it leaves as it was, so it may run beside a corrector that goes on taking snapshots.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import decision as dec
+from .evidence import Evidence, Setting, gather, lean, widen
+from .frames import wrap_angle
+from .hypotheses import Reach, propose
+from .inference import Decision, Problem, decide
+from .noise import NoiseModel
+from .values import Float
+
+FULL_RESTARTS = 24  # of the search, when all is decided from the start
+AGREE, AGREE_FEW = 3, 8  # runs that reach the best score, from which the search ends; few snapshots have more optima
+FEW = 100  # snapshots
+LIVE_WORK = 900  # snapshots times restarts, while uploads go on
+NOISE_ROUNDS = 3
+LOST_NATS = -4.0  # a place that is contradicted by this much may be none
+FAR_NATS = -6.0  # log prior of a place, below which the noisy pose may be a gross error
+FAR_PLACES = 24  # kept when a snapshot is looked for in the whole pond
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Joint:
+    """A joint decision over a set of snapshots."""
+
+    vocabulary: dec.Vocabulary
+    noise: NoiseModel
+    problem: Problem
+    decision: Decision
+    trust: Float
+    search: int  # runs of the search; how many assignments it weighed
+
+    def chosen(self, e: Evidence, i: int) -> Float | None:
+        """The pose of the place decided for snapshot i; None for none of its places."""
+        at = int(self.decision.choice[i] - self.problem.start[i])
+        return e.places.poses[at] if at < len(e.places) else None
+
+
+class Solver:
+    """Decides in one setting."""
+
+    def __init__(self, setting: Setting, stated: NoiseModel, seed: int) -> None:
+        self._setting, self._stated, self._seed = setting, stated, seed
+        self._camera, self._pitch = setting.camera, setting.layout.pitch
+        self._turns = dec.turns_of(setting)
+
+    def tabulate(self, e: Evidence, joint: Joint) -> dec.Table:
+        """The factors of one snapshot, read as a joint decision reads them."""
+        return dec.tabulate(e, joint.vocabulary, joint.noise, self._setting, self._turns)
+
+    def solve(self, evidence: list[Evidence], before: Joint | None, live: bool) -> tuple[Joint, list[Evidence]]:
+        """Decide, learn the noise from the decision, look further for what found no place; until nothing changes."""
+        noise = before.noise if before else self._stated
+        first, second = dec.chains(evidence)
+        restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
+        joint = self._decide(evidence, noise, restarts if noise is not self._stated else 2, first, second)
+        for _ in range(1 if live and noise is not self._stated else NOISE_ROUNDS):
+            errors = np.array(
+                [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
+            )
+            learned = noise.learned(errors, joint.trust, first, second, _spread(evidence, joint))
+            evidence, widened = self._look_further(evidence, joint, learned)
+            settled = _similar(noise, learned) and not widened
+            if settled and (live or noise is not self._stated):
+                break
+            noise = learned
+            joint = self._decide(evidence, noise, restarts, first, second)
+            if settled:
+                break
+        return joint, evidence
+
+    def _all(self, evidence: list[Evidence], joint: Joint) -> Iterable[Float]:
+        for i, e in enumerate(evidence):
+            pose = joint.chosen(e, i)
+            yield e.snapshot.pose_pond if pose is None else pose
+
+    def _decide(
+        self, evidence: list[Evidence], noise: NoiseModel, restarts: int, first: np.ndarray, second: np.ndarray
+    ) -> Joint:
+        vocabulary = dec.Vocabulary.learn(evidence)
+        tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
+        ties = dec.tie_errors(evidence, noise, self._setting, first, second)
+        problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
+        agree = AGREE if len(evidence) > FEW else AGREE_FEW
+        decisions = decide(problem, self._seed, restarts, agree)
+        return Joint(vocabulary, noise, problem, decisions[0], dec.trust(problem, decisions), len(decisions))
+
+    def _look_further(self, evidence: list[Evidence], joint: Joint, noise: NoiseModel) -> tuple[list[Evidence], bool]:
+        """Snapshots that found no convincing place are looked for in the whole pond, against the rods as decided."""
+        state = joint.decision.states
+        out, widened = [], False
+        for i, e in enumerate(evidence):
+            if not e.far.any() and self._lost(e, i, joint):
+                e = self._widened(e, joint, noise, state)
+                widened = widened or bool(e.far.any())
+            out.append(e)
+        return out, widened
+
+    def _lost(self, e: Evidence, i: int, joint: Joint) -> bool:
+        """Whether a place is none, far from the noisy pose, or contradicted by what others say of its rods."""
+        choice, problem = int(joint.decision.choice[i]), joint.problem
+        at = choice - int(problem.start[i])
+        if at >= len(e.places):
+            return True
+        nearest = float(problem.log_prior[problem.start[i] : problem.start[i + 1] - 1].max())
+        if problem.log_prior[choice] - e.places.geometry[at] < min(FAR_NATS, nearest):
+            return True
+        edges = problem.edge_hypothesis == choice
+        own = problem.look[problem.edge_look[edges]]
+        others = joint.decision.states[problem.edge_rod[edges]] / np.maximum(own, 1e-12)
+        gains = -np.log(np.maximum(others.sum(axis=1), 1e-30))
+        return float(np.minimum(gains, 0).sum() + e.places.geometry[at]) < LOST_NATS
+
+    def _widened(self, e: Evidence, joint: Joint, noise: NoiseModel, state: Float) -> Evidence:
+        full = gather(e.snapshot, noise.reach(self._pitch), self._setting)
+        everywhere = propose(full.found, e.snapshot.pose_pond, Reach(np.inf, np.pi), self._setting.layout, self._camera)
+        if not len(everywhere):
+            return e
+        wide = widen(
+            replace(full, places=everywhere.take(np.zeros(0, dtype=np.int64)), far=full.far[:0]),
+            everywhere.poses,
+            self._setting,
+        )
+        table = dec.tabulate(wide, joint.vocabulary, noise, self._setting, self._turns)
+        gain = gains(table, state)
+        score = table.prior[:-1] + np.bincount(table.hypothesis, gain, len(everywhere))
+        best = np.argsort(-score, kind="stable")[:FAR_PLACES]
+        fresh = [h for h in np.sort(best) if not _known(everywhere.poses[h], full.places.poses, self._pitch)]
+        return lean(widen(full, everywhere.poses[np.array(fresh, dtype=np.int64)], self._setting))
+
+
+def gains(table: dec.Table, state: Float) -> Float:
+    """(E,): nats that each look speaks for its place, given what its rod is known to hold."""
+    return np.asarray(np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30)))
+
+
+def _spread(evidence: list[Evidence], joint: Joint) -> tuple[Float, Float, Float]:
+    """Squared errors of every place within reach, m² and rad², and their beliefs."""
+    xy, theta, belief = [], [], []
+    for e, start in zip(evidence, joint.problem.start, strict=False):
+        near = np.flatnonzero(e.far == 0)
+        d = e.places.poses[near] - e.snapshot.pose_pond
+        xy.append((d[:, :2] ** 2).sum(axis=1))
+        theta.append(wrap_angle(d[:, 2]) ** 2)
+        belief.append(joint.decision.belief[start + near])
+    return np.concatenate(xy), np.concatenate(theta), np.concatenate(belief)
+
+
+def _similar(a: NoiseModel, b: NoiseModel) -> bool:
+    return (
+        abs(np.log(a.sigma_xy_m / b.sigma_xy_m)) < 0.2
+        and abs(np.log(a.sigma_theta_rad / b.sigma_theta_rad)) < 0.3
+        and abs(a.correlation - b.correlation) < 0.1
+    )
+
+
+def _known(pose: Float, poses: Float, pitch: float) -> bool:
+    near = np.hypot(*(poses[:, :2] - pose[:2]).T) < 0.25 * pitch
+    return bool((near & (np.abs(wrap_angle(poses[:, 2] - pose[2])) < 0.2)).any())

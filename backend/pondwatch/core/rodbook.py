@@ -1,0 +1,80 @@
+"""Which snapshots see which rods, and every rod's reading, kept up to date rod by rod."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .codes import Palette
+from .fill import Looks, read_rods, to_pond
+from .values import Float, Int, RodReading, RodState, SnapshotKey
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entry:
+    """One snapshot's looks. rods: (K,), wholly in view. ratio: (K, SECTORS, 3), image orientation. trust: probability
+    that it lies where it was placed."""
+
+    rods: Int
+    ratio: Float
+    theta_rad: float
+    trust: float
+
+
+class RodBook:
+    """The looks of all snapshots, and what the rods are read as. The order of entries leaves no trace."""
+
+    def __init__(self, ids: tuple[str, ...]) -> None:
+        self._ids = ids
+        self._entries: dict[SnapshotKey, Entry] = {}
+        self._seen_by: dict[int, dict[SnapshotKey, int]] = {}
+        self._readings = [RodReading(i, RodState.UNSEEN, None, 0.0, 0) for i in ids]
+        self._touched: set[int] = set()
+        self._palette: Palette | None = None
+        self._prior: Float | None = None
+
+    def read_by(self, palette: Palette, prior: Float) -> None:
+        """Read by another palette from now on."""
+        self._palette, self._prior = palette, prior
+        self._touched.update(self._seen_by)
+
+    def enter(self, key: SnapshotKey, entry: Entry) -> None:
+        """Put a snapshot's looks in the place of those it had."""
+        before = self._entries.get(key)
+        for rod in before.rods.tolist() if before else ():
+            del self._seen_by[rod][key]
+            self._touched.add(rod)
+        for row, rod in enumerate(entry.rods.tolist()):
+            self._seen_by.setdefault(rod, {})[key] = row
+            self._touched.add(rod)
+        self._entries[key] = entry
+
+    def readings(self) -> tuple[RodReading, ...]:
+        """Of all rods, in the layout's order."""
+        return tuple(self._readings)
+
+    def changed(self) -> tuple[RodReading, ...]:
+        """Read again what was touched; the readings that are otherwise than before."""
+        rods = sorted(self._touched)
+        self._touched.clear()
+        if not rods or self._palette is None:
+            return ()
+        fresh = read_rods(tuple(self._ids[r] for r in rods), self._looks(rods), self._prior, self._palette.two_levels)
+        pairs = [(r, reading) for r, reading in zip(rods, fresh, strict=True) if reading != self._readings[r]]
+        for rod, reading in pairs:
+            self._readings[rod] = reading
+        return tuple(reading for _, reading in pairs)
+
+    def _looks(self, rods: list[int]) -> Looks:
+        """All looks at some rods, numbered by their place in the list."""
+        assert self._palette is not None
+        rows = [
+            (n, self._entries[k], i) for n, r in enumerate(rods) for k, i in sorted(self._seen_by.get(r, {}).items())
+        ]
+        if not rows:
+            return Looks(np.zeros(0, np.int64), np.zeros((0, 0)), np.zeros(0))
+        share = self._palette.share(np.array([e.ratio[i] for _, e, i in rows]))
+        theta = np.array([e.theta_rad for _, e, _ in rows])
+        number = np.array([n for n, _, _ in rows], dtype=np.int64)
+        return Looks(number, to_pond(share, theta), np.array([e.trust for _, e, _ in rows]))
