@@ -32,7 +32,7 @@ class RealServer:
 
     def start(self) -> None:
         self._process = subprocess.Popen(self._command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        assert eventually(self._is_ready, 30)
+        assert eventually(self._is_ready, 30), f"it did not get ready; its exit status is {self._process.poll()}"
 
     def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)
@@ -63,9 +63,11 @@ class RealServer:
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[RealServer]:
     running = RealServer(tmp_path / "data")
-    running.start()
-    yield running
-    running.kill()
+    try:
+        running.start()
+        yield running
+    finally:
+        running.kill()
 
 
 def holds_all(desk: Desk, server: RealServer, session: str, count: int) -> bool:
