@@ -84,12 +84,11 @@ def _annulus_level(reference: Float, inside: Bool) -> Float:
     flat, ok = reference.reshape(len(reference), -1, 3), inside.reshape(len(reference), -1)
     if not ok.any():
         return np.full((len(reference), 3), 128.0)
-    values = np.where(ok[..., None], flat, np.nan)
-    enough = ok.sum(axis=1) >= SECTORS // 3
-    level = np.tile(np.median(flat[ok], axis=0), (len(reference), 1))
-    if enough.any():
-        level[enough] = np.nanmedian(values[enough], axis=1)
-    return level
+    count = ok.sum(axis=1)
+    ranked = np.sort(np.where(ok[..., None], flat, np.inf), axis=1)  # what is out of view comes last
+    rows = np.arange(len(flat))
+    own = (ranked[rows, np.maximum(count - 1, 0) // 2] + ranked[rows, count // 2 * (count > 0)]) / 2
+    return np.where((count >= SECTORS // 3)[:, None], own, np.median(flat[ok], axis=0))
 
 
 def learn_palette(ratio: Float) -> Palette:

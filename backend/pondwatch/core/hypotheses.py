@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .frames import centre_px, wrap_angle
 from .observe import MIN_SUPPORT, RodsFound, sample
@@ -170,9 +171,11 @@ def _distinct(poses: Float, pitch: float) -> Float:
     """One of each group of poses that agree within a quarter of a pitch and 0.15 rad, in a fixed order."""
     cell = np.round(np.column_stack([poses[:, :2] / (0.02 * pitch), wrap_angle(poses[:, 2]) / 0.02]))
     poses = poses[np.lexsort(cell.T)]
-    d = np.hypot(*(poses[:, None, :2] - poses[None, :, :2]).transpose(2, 0, 1)) < 0.25 * pitch
-    same = d & (np.abs(wrap_angle(poses[:, None, 2] - poses[None, :, 2])) < 0.15)
-    return np.asarray(poses[~np.tril(same, -1).any(axis=1)])
+    turn = np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])]) / 0.15
+    pairs = cKDTree(np.column_stack([poses[:, :2] / (0.25 * pitch), turn])).query_pairs(1.0, output_type="ndarray")
+    again = np.zeros(len(poses), dtype=bool)
+    again[pairs.max(axis=1, initial=0)] = len(pairs) > 0
+    return np.asarray(poses[~again])
 
 
 def _describe(poses: Float, found: RodsFound, layout: Layout, camera: Camera) -> Places:

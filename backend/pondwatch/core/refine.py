@@ -249,7 +249,8 @@ def _moved(arm: Float, motion: Float) -> Float:
 
 def _window(p: Patches, centres_px: Float, profile: Profile) -> Float:
     """(K, P): 1 where a pixel is compared, falling to 0 over the last two pixels of the reach."""
-    r = np.hypot(p.u - centres_px[:, :1], p.v - centres_px[:, 1:])
+    du, dv = p.u - centres_px[:, :1], p.v - centres_px[:, 1:]
+    r = np.sqrt(du * du + dv * dv)
     w = np.clip((profile.reach_px - r) / 2, 0, 1) * p.inside
     inner = (p.kind == OTHER)[:, None] & (r < profile.outside_px)
     return np.where(inner, 0.0, w)
