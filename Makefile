@@ -20,7 +20,7 @@ LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
 BENCHES := accuracy speed live
 
-.PHONY: help run setup setup-test test test-long check lint bench $(BENCHES) wheel pictures reference lock clean
+.PHONY: help run setup setup-test test test-long test-paper check lint bench $(BENCHES) wheel pictures reference lock clean
 
 help:  ## list what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -36,8 +36,12 @@ test: lint chromium  ## everything but the long tests (under 10 minutes on 2 cor
 	cd frontend && npm test --silent
 	$(BIN)/python -m pytest -m "not long"
 
-test-long: setup-test chromium  ## the long tests: 200 kills, a wheel in a fresh environment
+test-long: setup-test $(VENV)/.train chromium  ## the long tests: 200 kills, a fresh environment, training
 	$(BIN)/python -m pytest -m long --timeout 3600
+
+test-paper: setup-test $(VENV)/.train  ## the paper's networks, trained on a tiny set (installs torch)
+	$(BIN)/mypy models
+	$(BIN)/python -m pytest tests/models tests/simulator/test_sfp10.py
 
 check: lint  ## style, types, import layers, budgets, and that the docs tell all
 	$(BIN)/python -m pytest tests/test_house.py tests/test_docs.py
@@ -88,6 +92,10 @@ $(VENV)/.runtime: requirements.lock pyproject.toml | $(BIN)/python
 
 $(VENV)/.test: requirements-test.lock $(VENV)/.runtime
 	$(LOCKED) requirements-test.lock
+	@touch $@
+
+$(VENV)/.train: requirements-train.lock $(VENV)/.runtime
+	$(LOCKED) requirements-train.lock
 	@touch $@
 
 $(VENV)/.lock: | $(BIN)/python

@@ -11,11 +11,11 @@ from fastapi.responses import JSONResponse
 from sqlalchemy import Connection
 from starlette.concurrency import run_in_threadpool
 
-from pondwatch.core.corrector import make_corrector
 from pondwatch.core.errors import InvalidLayout
 from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.values import Inspection
 from pondwatch.jobs import finish, views
+from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.views import Json
 from pondwatch.store import sessions
 from pondwatch.store.sessions import State

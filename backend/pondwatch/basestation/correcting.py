@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pondwatch.core.corrector import hold, make_corrector
+from pondwatch.core.corrector import hold
 from pondwatch.core.errors import Invalid
 from pondwatch.core.mosaic import Mosaic
 from pondwatch.core.values import CorrectedPose, Image, Quality, RodReading, Snapshot, SnapshotKey, Status
+from pondwatch.jobs.papernets import make_corrector
 
 from .bundle import Bundle
 

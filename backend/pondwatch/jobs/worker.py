@@ -23,7 +23,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from pondwatch.core.corrector import Corrector, Deliberates, hold, make_corrector
+from pondwatch.core.corrector import Corrector, Deliberates, hold
 from pondwatch.core.errors import Invalid
 from pondwatch.core.images import decode
 from pondwatch.core.mosaic import Mosaic
@@ -40,6 +40,7 @@ from pondwatch.core.values import (
     Status,
 )
 
+from .papernets import make_corrector
 from .raster import encode_patches, encode_tiles, seen_in, tiles_of
 from .tasks import Base, Moved, Outcome, Shown, SnapshotRef
 
