@@ -13,6 +13,7 @@ from .values import Bool, Float, Int, RodReading, RodState
 EMPTY_BELOW, FULL_ABOVE = 0.05, 0.95
 SECTOR_SIGMA = 0.15  # of one sector: water, caustics, blur, wedge edges
 SECTOR_CAP = 4.0  # nats that one sector can cost a state
+SEEN_ABOVE = 0.5  # probability that a rod was in view at all, under which it is not observed
 CONFLICT_SPREAD = 0.25  # of single looks about their median
 
 
@@ -43,7 +44,8 @@ def to_pond(share: Float, theta_rad: Float) -> Float:
 def read_rods(
     ids: tuple[str, ...], looks: Looks, prior: Float | None = None, known: bool = True
 ) -> tuple[RodReading, ...]:
-    """The reading of every rod; those without a look are `unseen`.
+    """The reading of every rod; those without a look, or whose looks are more likely than
+    not of other rods, are `unseen`.
 
     All looks at a rod vote, sector by sector, for what it may hold (`states`); a sector hidden by something that
     drifts through the view costs a state only so much. A hollow or filled rod is then the mean of the sectors that
@@ -58,9 +60,9 @@ def read_rods(
     if not len(looks.rod):
         return tuple(_unseen(i) for i in ids)
     prior = np.full(states.COUNT, 1 / states.COUNT) if prior is None else prior
-    views = np.bincount(looks.rod, minlength=n)
-    best = np.zeros(n)
-    np.maximum.at(best, looks.rod, looks.trust)
+    views = np.bincount(looks.rod, looks.trust >= SEEN_ABOVE, n)
+    missed = np.bincount(looks.rod, np.log1p(-np.minimum(looks.trust, 1 - 1e-9)), n)
+    seen = -np.expm1(missed)  # by any of the looks
     order = np.argsort(looks.rod, kind="stable")
     start = np.searchsorted(looks.rod[order], np.arange(n + 1))
     templates = states.templates(2 * np.pi * np.arange(SECTORS) / SECTORS)
@@ -73,10 +75,11 @@ def read_rods(
     readings = []
     for j in range(n):
         mine = order[start[j] : start[j + 1]]
-        trust = float(best[j]) * (1.0 if known else 0.7)
-        readings.append(
-            _reading(ids[j], looks.share[mine], chance[j], templates, trust) if views[j] else _unseen(ids[j])
-        )
+        trust = float(seen[j]) * (1.0 if known else 0.7)
+        if seen[j] < SEEN_ABOVE:
+            readings.append(_unseen(ids[j]))
+        else:
+            readings.append(_reading(ids[j], looks.share[mine], chance[j], templates, trust, max(1, int(views[j]))))
     return tuple(readings)
 
 
@@ -90,7 +93,7 @@ def _unseen(rod_id: str) -> RodReading:
     return RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
 
 
-def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: float) -> RodReading:
+def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: float, views: int) -> RodReading:
     """One rod from (V, SECTORS) looks and (COUNT,) probabilities of its states."""
     likeliest = int(np.argmax(chance))
     p_empty, p_full = float(chance[states.EMPTY]), float(chance[states.FULL])
@@ -106,7 +109,7 @@ def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: 
     conflicting = bool((np.abs(single - np.median(single)) > CONFLICT_SPREAD).sum() >= max(2, 0.3 * len(share)))
     low, high = {RodState.EMPTY: (0.0, 0.0499), RodState.FULL: (0.9501, 1.0)}.get(state, (0.05, 0.95))
     confidence = min(sure * trust * (0.5 if conflicting else 1.0), 0.9999)
-    return RodReading(rod_id, state, float(np.clip(fill, low, high)), confidence, len(share), conflicting)
+    return RodReading(rod_id, state, float(np.clip(fill, low, high)), confidence, views, conflicting)
 
 
 def _state_of(likeliest: int, fill: float) -> RodState:

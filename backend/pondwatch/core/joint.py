@@ -44,6 +44,10 @@ class Joint:
         at = int(self.decision.choice[i] - self.problem.start[i])
         return e.places.poses[at] if at < len(e.places) else None
 
+    def belief(self, i: int) -> Float:
+        """(H + 1,): the marginal of each place of snapshot i, the last for none."""
+        return self.decision.belief[self.problem.start[i] : self.problem.start[i + 1]]
+
 
 class Solver:
     """Decides in one setting."""

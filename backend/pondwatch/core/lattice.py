@@ -19,7 +19,7 @@ from .frames import wrap_angle
 from .hypotheses import Reach
 from .joint import Joint, Solver, gains
 from .noise import NoiseModel
-from .placement import UNFITTED_TRUST, Placed, Placing, doubted
+from .placement import UNFITTED_TRUST, Placed, Placing, doubted, elsewhere
 from .pond import Layout
 from .quality import Tally
 from .refine import Profile
@@ -142,8 +142,12 @@ class LatticeCorrector:
             profile = self._placing.learn(evidence, chosen, joint.trust, kinds, before.axis if before else None)
             taught = len(evidence)
         placed = tuple(
-            self._place(e, pose, float(t), kinds, joint, profile, profile is before)
-            for e, pose, t in zip(evidence, chosen, joint.trust, strict=True)
+            self._with_others(
+                self._place(e, pose, float(joint.trust[i]), kinds, joint, profile, profile is before),
+                joint.belief(i),
+                int(joint.decision.choice[i] - joint.problem.start[i]),
+            )
+            for i, (e, pose) in enumerate(zip(evidence, chosen, strict=True))
         )
         residuals = [p.residual for p in placed if np.isfinite(p.residual)]
         typical = float(np.median(residuals)) if residuals else np.inf
@@ -177,7 +181,13 @@ class LatticeCorrector:
         if pose is not None and trust > PLACED_ABOVE:
             rows = table.hypothesis == best
             self._learn(table.rod[rows], table.values[table.look[rows]], joint)
-        return self._place(e, pose, trust, self._kinds, joint, self._profile, True)
+        placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True)
+        return self._with_others(placed, weight / weight.sum(), best)
+
+    def _with_others(self, p: Placed, belief: Float, chosen: int) -> Placed:
+        """With its looks from other places, where its own is in doubt."""
+        sure = p.trust > PLACED_ABOVE
+        return replace(p, others=() if sure else elsewhere(p.evidence, belief, chosen, self._setting))
 
     def _learn(self, rods: Int, looks: Float, joint: Joint) -> None:
         log_state = self._log_state[rods] + np.log(np.maximum(looks, 1e-30))
@@ -198,7 +208,7 @@ class LatticeCorrector:
                 self._tally.count(before, pose, p.residual)
             self._placed[pose.key] = p
             theta = 0.0 if p.pose is None else float(p.pose[2])
-            self._book.enter(pose.key, Entry(p.rods, p.ratio, theta, p.trust))
+            self._book.enter(pose.key, (Entry(p.rods, p.ratio, theta, p.trust), *p.others))
         return Correction(tuple(moved), self._book.changed(), self.quality())
 
 

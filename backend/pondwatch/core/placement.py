@@ -18,11 +18,13 @@ from .hypotheses import describe, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
 from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
+from .rodbook import Entry
 from .values import Camera, CorrectedPose, Float, Int, Status
 
 TEACHERS, JUDGES = 40, 16  # snapshots that the profile is learned from, and the channel weights
 FOCUS_PX = 2.0  # blur of a first fit from afar
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed
+LEAST_BELIEF = 0.05  # of a place, from which its looks count
 ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
 ROUGH_RAD = 0.01
@@ -39,7 +41,8 @@ MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snap
 class Placed:
     """A snapshot at its place. pose: (3,) or None. covariance: (3, 3), m and rad. trust: probability of the place.
     rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual: rms, grey
-    levels, or NaN. start: the pose refined from. fitted: whether the pixels bore it out."""
+    levels, or NaN. start: the pose refined from. fitted: whether the pixels bore it out.
+    others: its looks from the other places where it may lie."""
 
     evidence: Evidence
     pose: Float | None
@@ -50,6 +53,7 @@ class Placed:
     residual: float
     start: Float | None = None
     fitted: bool = False
+    others: tuple[Entry, ...] = ()
 
 
 class Placing:
@@ -244,6 +248,20 @@ class Placing:
 def doubted(p: Placed, residual_limit: float) -> Placed:
     """The same; where its pixels misfit by more than the limit, with less trust in its place."""
     return replace(p, trust=min(p.trust, UNFITTED_TRUST)) if p.residual > residual_limit else p
+
+
+def elsewhere(e: Evidence, belief: Float, chosen: int, setting: Setting) -> tuple[Entry, ...]:
+    """The looks of a doubtful snapshot from its other places (belief: (H,)), those too unlikely left out."""
+    entries = []
+    for h in np.flatnonzero(belief[: len(e.places)] >= LEAST_BELIEF):
+        if h != chosen:
+            whole = wholly_in_view(
+                e.places.centres_px[h], setting.band.outer_px, setting.camera.width_px, setting.camera.height_px
+            )
+            whole = whole & e.places.real[h] & (e.site[h] >= 0)
+            ratio = e.codes.ratio[e.site[h][whole]]
+            entries.append(Entry(e.places.rods[h][whole], ratio, float(e.places.poses[h, 2]), float(belief[h])))
+    return tuple(entries)
 
 
 def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: NoiseModel) -> list[Float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +14,8 @@ from .values import Float, Int, RodReading, RodState, SnapshotKey
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """One snapshot's looks. rods: (K,), wholly in view. ratio: (K, SECTORS, 3), image orientation. trust: probability
-    that it lies where it was placed."""
+    """One snapshot's looks from one place. rods: (K,), wholly in view. ratio: (K, SECTORS, 3), image orientation.
+    trust: probability that it lies there."""
 
     rods: Int
     ratio: Float
@@ -27,8 +28,8 @@ class RodBook:
 
     def __init__(self, ids: tuple[str, ...]) -> None:
         self._ids = ids
-        self._entries: dict[SnapshotKey, Entry] = {}
-        self._seen_by: dict[int, dict[SnapshotKey, int]] = {}
+        self._entries: dict[SnapshotKey, tuple[Entry, ...]] = {}
+        self._seen_by: dict[int, dict[tuple[SnapshotKey, int], int]] = {}
         self._readings = [RodReading(i, RodState.UNSEEN, None, 0.0, 0) for i in ids]
         self._touched: set[int] = set()
         self._palette: Palette | None = None
@@ -39,16 +40,17 @@ class RodBook:
         self._palette, self._prior = palette, prior
         self._touched.update(self._seen_by)
 
-    def enter(self, key: SnapshotKey, entry: Entry) -> None:
-        """Put a snapshot's looks in the place of those it had."""
-        before = self._entries.get(key)
-        for rod in before.rods.tolist() if before else ():
-            del self._seen_by[rod][key]
-            self._touched.add(rod)
-        for row, rod in enumerate(entry.rods.tolist()):
-            self._seen_by.setdefault(rod, {})[key] = row
-            self._touched.add(rod)
-        self._entries[key] = entry
+    def enter(self, key: SnapshotKey, entries: Sequence[Entry]) -> None:
+        """Put a snapshot's looks, from each place where it may lie, in the place of those it had."""
+        for n, before in enumerate(self._entries.get(key, ())):
+            for rod in before.rods.tolist():
+                del self._seen_by[rod][key, n]
+                self._touched.add(rod)
+        for n, entry in enumerate(entries):
+            for row, rod in enumerate(entry.rods.tolist()):
+                self._seen_by.setdefault(rod, {})[key, n] = row
+                self._touched.add(rod)
+        self._entries[key] = tuple(entries)
 
     def readings(self) -> tuple[RodReading, ...]:
         """Of all rods, in the layout's order."""
@@ -70,7 +72,9 @@ class RodBook:
         """All looks at some rods, numbered by their place in the list."""
         assert self._palette is not None
         rows = [
-            (n, self._entries[k], i) for n, r in enumerate(rods) for k, i in sorted(self._seen_by.get(r, {}).items())
+            (n, self._entries[key][place], i)
+            for n, r in enumerate(rods)
+            for (key, place), i in sorted(self._seen_by.get(r, {}).items())
         ]
         if not rows:
             return Looks(np.zeros(0, np.int64), np.zeros((0, 0)), np.zeros(0))
