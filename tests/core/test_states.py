@@ -91,7 +91,7 @@ def test_empty_and_full_are_always_among_the_states_in_use(looks):
 
     kept, prior = prior_from(log_likelihood(looks, valid, np.zeros(len(looks))), valid)
 
-    assert [EMPTY, FULL] == kept[:2].tolist()
+    assert kept[:2].tolist() == [EMPTY, FULL]
     assert (prior > 0).all()
 
 
