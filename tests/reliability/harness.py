@@ -5,6 +5,7 @@ Nothing here looks into the server: it is started as a process, spoken to over H
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import random
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -21,11 +23,13 @@ from typing import Any
 
 import httpx
 
-from tests.fakes.robot import Shot, document
+from .inspected import Inspected, Key, Shot
 
 ROOT = Path(__file__).parents[2]
 READY_S = 30.0
-PAUSE_S = 0.02  # between a station's snapshots
+WAIT_S = 60.0
+MOMENT_S = 0.06  # the longest between what a kill waits for and the kill
+ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
 class Server:
@@ -41,7 +45,7 @@ class Server:
         began = time.monotonic()
         command = [sys.executable, "-m", "tests.reliability.launcher", *self._arguments]
         self._process = subprocess.Popen(
-            command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            command, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         )
         assert self._process.stdout
         assert select.select([self._process.stdout], [], [], READY_S)[0], "the server did not start"
@@ -75,28 +79,38 @@ class Server:
 
 
 @dataclass(slots=True)
+class Tide:
+    """How far the stations may go, so that every kill meets uploads under way. over: all may end."""
+
+    limit: int = 0
+    is_over: bool = False
+
+
+@dataclass(slots=True)
 class Station:
     """A base station: sends its robot's snapshots one after the other, each until it is acknowledged."""
 
     server: Server
     session: str
-    robot: str
-    acknowledged: dict[int, str] = field(default_factory=dict)  # sequence to digest
-    is_over: bool = False
+    shots: list[tuple[int, Shot]]  # with their places among those of all stations
+    tide: Tide
+    acknowledged: dict[Key, str] = field(default_factory=dict)
     faults: list[str] = field(default_factory=list)
-    client: httpx.Client = field(default_factory=lambda: httpx.Client(timeout=10))
+    client: httpx.Client = field(default_factory=lambda: httpx.Client(timeout=20))
 
     def run(self) -> None:
-        """Send until it is over and the last one is acknowledged."""
-        sequence = 0
-        while not (self.is_over or self.faults):
-            shot = Shot(sequence, self.robot)
-            while not self.faults and not self._send(shot):
-                time.sleep(0.02)
-            self.acknowledged[sequence] = shot.digest
-            sequence += 1
-            time.sleep(PAUSE_S)
+        """Send until the last one is acknowledged, or it is over."""
+        for place, shot in self.shots:
+            while not self._may_end and (place >= self.tide.limit or not self._send(shot)):
+                time.sleep(0.01)
+            if self._may_end:
+                break
+            self.acknowledged[shot.robot, shot.sequence] = shot.digest
         self.client.close()
+
+    @property
+    def _may_end(self) -> bool:
+        return self.tide.is_over or bool(self.faults)
 
     def _send(self, shot: Shot) -> bool:
         try:
@@ -115,7 +129,7 @@ class Ending:
     """What a run came to. lost: acknowledged snapshots that are gone or altered, as of each restart."""
 
     lost: list[str]
-    acknowledged: dict[tuple[str, int], str]
+    acknowledged: dict[Key, str]
     slowest_start_s: float
     session: dict[str, Any]
     poses: list[dict[str, Any]]
@@ -123,7 +137,61 @@ class Ending:
     mosaic: bytes
 
 
-def lost_of(server: Server, session: str, acknowledged: dict[tuple[str, int], str]) -> list[str]:
+@dataclass(slots=True)
+class Trial:
+    """Stations that upload an inspection to a server, which is killed and started again as asked."""
+
+    server: Server
+    session: str
+    stations: list[Station]
+    tide: Tide
+    chance: random.Random
+    lost: list[str] = field(default_factory=list)
+    checked: set[Key] = field(default_factory=set)  # what a kill found safe is looked at again at the end
+    slowest_start_s: float = 0.0
+
+    def acknowledged(self) -> dict[Key, str]:
+        """Snapshots that a station was told are safe, and their digests."""
+        return {key: digest for station in self.stations for key, digest in station.acknowledged.copy().items()}
+
+    def kill_after(self, count: int) -> None:
+        """Kill the server a moment after so many were acknowledged, with the next ones on their way."""
+        self.tide.limit = count + len(self.stations)
+        self.wait_for(count)
+        time.sleep(self.chance.uniform(0, MOMENT_S))
+        self.restart()
+
+    def restart(self) -> None:
+        """Kill, start, and look for what was acknowledged since the last time."""
+        self.server.kill()
+        safe = self.acknowledged()
+        self.slowest_start_s = max(self.slowest_start_s, self.server.start())
+        self.lost += lost_of(self.server, self.session, {k: d for k, d in safe.items() if k not in self.checked})
+        self.checked |= set(safe)
+
+    def wait_for(self, count: int) -> None:
+        """Until so many were acknowledged."""
+        until = time.monotonic() + WAIT_S
+        while len(self.acknowledged()) < count:
+            assert [fault for station in self.stations for fault in station.faults] == []
+            assert time.monotonic() < until, f"{len(self.acknowledged())} of {count} were acknowledged"
+            time.sleep(0.002)
+
+    def ending(self) -> Ending:
+        """Kill the server once more as it finishes, let it finish, and read everything."""
+        url = f"/api/sessions/{self.session}"
+        httpx.post(f"{self.server.url}{url}/finish", params={"wait": 0}, timeout=20).raise_for_status()
+        time.sleep(self.chance.uniform(0, 10 * MOMENT_S))
+        self.restart()
+        self.lost += lost_of(self.server, self.session, self.acknowledged())
+        with httpx.Client(base_url=f"{self.server.url}{url}", timeout=90) as client:
+            view = client.post("/finish", params={"wait": 60}).json()
+            poses, rods = client.get("/poses").json()["poses"], client.get("/rods").json()["rods"]
+            mosaic = client.get("/mosaic.png").content
+        return Ending(self.lost, self.acknowledged(), self.slowest_start_s, view, poses, rods, mosaic)
+
+
+def lost_of(server: Server, session: str, acknowledged: dict[Key, str]) -> list[str]:
     """Acknowledged snapshots whose bytes the server does not give back."""
     found = []
     with httpx.Client(base_url=f"{server.url}/api/sessions/{session}/snapshots", timeout=30) as client:
@@ -134,47 +202,46 @@ def lost_of(server: Server, session: str, acknowledged: dict[tuple[str, int], st
     return found
 
 
-def run(
-    data: Path, kills: int, seed: int, *, stations: int = 4, lying: bool = False, stop_at_loss: bool = False
-) -> Ending:
-    """Upload from several stations while the server is killed and started again; then finish and read everything."""
-    chance, lost, slowest = random.Random(seed), [], 0.0
+@contextlib.contextmanager
+def uploading(data: Path, inspected: Inspected, seed: int, *, lying: bool = False) -> Iterator[Trial]:
+    """A trial whose stations run; they end with it."""
+    tide = Tide()
     with Server(data, lying=lying) as server:
-        session = httpx.post(f"{server.url}/api/sessions", json=document()).json()["id"]
-        senders = [Station(server, session, f"bubble-{i}") for i in range(stations)]
-        threads = [threading.Thread(target=station.run, daemon=True) for station in senders]
+        opened = httpx.post(f"{server.url}/api/sessions", json=inspected.document, timeout=20)
+        session = opened.raise_for_status().json()["id"]
+        robots = sorted({shot.robot for shot in inspected.shots})
+        mine = {robot: [(i, s) for i, s in enumerate(inspected.shots) if s.robot == robot] for robot in robots}
+        stations = [Station(server, session, mine[robot], tide) for robot in robots]
+        threads = [threading.Thread(target=station.run, daemon=True) for station in stations]
         for thread in threads:
             thread.start()
-        checked: dict[tuple[str, int], str] = {}  # what a kill found safe is looked at again at the end
-        for _ in range(kills):
-            time.sleep(chance.uniform(0.02, 0.5))
-            server.kill()
-            safe = _acknowledged(senders)
-            slowest = max(slowest, server.start())
-            lost += lost_of(server, session, {key: digest for key, digest in safe.items() if key not in checked})
-            checked = safe
-            if lost and stop_at_loss:
+        try:
+            yield Trial(server, session, stations, tide, random.Random(seed))
+        finally:
+            tide.is_over = True
+            for thread in threads:
+                thread.join(30)
+
+
+def run(data: Path, inspected: Inspected, kills: int, seed: int) -> Ending:
+    """Upload an inspection; kill the server at random moments of that, the last time as it finishes."""
+    count = len(inspected.shots)
+    with uploading(data, inspected, seed) as trial:
+        for after in sorted(trial.chance.randrange(1, count) for _ in range(kills - 1)):
+            trial.kill_after(after)
+        trial.tide.limit = count
+        trial.wait_for(count)
+        return trial.ending()
+
+
+def first_loss(data: Path, inspected: Inspected, kills: int, seed: int) -> list[str]:
+    """What the first of some kills lost that lost anything, on a server that acknowledges before it commits."""
+    with uploading(data, inspected, seed, lying=True) as trial:
+        for after in range(2, 2 + 3 * kills, 3):
+            trial.kill_after(after)
+            if trial.lost:
                 break
-        for station in senders:
-            station.is_over = True
-        for thread in threads:
-            thread.join(30)
-        assert [fault for station in senders for fault in station.faults] == []
-        safe = _acknowledged(senders)
-        return _finished(server, session, safe, lost + lost_of(server, session, safe), slowest)
-
-
-def _acknowledged(senders: list[Station]) -> dict[tuple[str, int], str]:
-    return {(s.robot, sequence): digest for s in senders for sequence, digest in s.acknowledged.copy().items()}
-
-
-def _finished(
-    server: Server, session: str, acknowledged: dict[tuple[str, int], str], lost: list[str], slowest: float
-) -> Ending:
-    with httpx.Client(base_url=f"{server.url}/api/sessions/{session}", timeout=60) as client:
-        view = client.post("/finish", params={"wait": 50}).json()
-        poses, rods = client.get("/poses").json()["poses"], client.get("/rods").json()["rods"]
-        return Ending(lost, acknowledged, slowest, view, poses, rods, client.get("/mosaic.png").content)
+        return trial.lost
 
 
 def children(pid: int) -> list[int]:
