@@ -14,6 +14,7 @@ from .errors import Invalid
 from .graph import GraphCorrector
 from .identity import IdentityCorrector
 from .lattice import LatticeCorrector
+from .ports import RodFinder
 from .values import CorrectedPose, Correction, Inspection, Quality, RodReading, Snapshot, SnapshotKey
 
 METHODS = ("auto", "identity", "lattice", "graph")
@@ -59,8 +60,8 @@ def hold(corrector: Corrector, snapshots: Sequence[Snapshot]) -> None:
     getattr(corrector, "hold", corrector.add)(snapshots)
 
 
-def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:
-    """A corrector by name. `auto`: `lattice` with a layout, `graph` without one.
+def make_corrector(inspection: Inspection, method: str = "auto", finder: RodFinder | None = None) -> Corrector:
+    """A corrector by name. `auto`: `lattice` with a layout, `graph` without one. `finder`: for `lattice`.
 
     Raises:
         Invalid: there is no such method, or the session does not have what it needs.
@@ -72,5 +73,5 @@ def make_corrector(inspection: Inspection, method: str = "auto") -> Corrector:
     if method == "graph":
         return GraphCorrector(inspection)
     if method == "lattice":
-        return LatticeCorrector(inspection)
+        return LatticeCorrector(inspection, finder=finder)
     raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)

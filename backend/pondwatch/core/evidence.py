@@ -14,6 +14,7 @@ from .codes import Codes, read_codes
 from .hypotheses import Places, Reach, describe, propose
 from .observe import RingBand, RodsFound, find_rods
 from .pond import Layout
+from .ports import RodFinder
 from .values import Camera, Float, Int, Snapshot
 
 SITE_REACH_PX = 4.0
@@ -21,18 +22,19 @@ SITE_REACH_PX = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Setting:
-    """What stays the same through a session."""
+    """What stays the same through a session. finder: a learned finder of rods, where one is used."""
 
     layout: Layout
     camera: Camera
     band: RingBand
+    finder: RodFinder | None = None
 
     @classmethod
-    def of(cls, layout: Layout, camera: Camera) -> Setting:
+    def of(cls, layout: Layout, camera: Camera, finder: RodFinder | None = None) -> Setting:
         """Radii of the layout to pixels of the camera."""
         m = camera.metres_per_pixel
         band = RingBand.of(layout.inner_radius / m, layout.outer_radius / m, camera.width_px, camera.height_px)
-        return cls(layout, camera, band)
+        return cls(layout, camera, band, finder)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +58,7 @@ class Evidence:
 
 def gather(snapshot: Snapshot, reach: Reach, setting: Setting, found: RodsFound | None = None) -> Evidence:
     """Look at a snapshot. `found`: where its rods were found already."""
-    found = found or find_rods(snapshot.image, setting.band)
+    found = found or find_rods(snapshot.image, setting.band, setting.finder)
     places = propose(found, snapshot.pose_pond, reach, setting.layout, setting.camera)
     return replace(_with_places(snapshot, found, places, np.zeros(len(places), dtype=np.int64), setting), reach=reach)
 

@@ -21,6 +21,7 @@ from .joint import Joint, Solver, gains
 from .noise import NoiseModel
 from .placement import UNFITTED_TRUST, Placed, Placing, doubted, elsewhere
 from .pond import Layout
+from .ports import RodFinder
 from .quality import Tally
 from .refine import Profile
 from .rodbook import Entry, RodBook
@@ -52,9 +53,9 @@ class LatticeCorrector:
 
     method = "lattice"
 
-    def __init__(self, inspection: Inspection, seed: int = 0) -> None:
+    def __init__(self, inspection: Inspection, seed: int = 0, finder: RodFinder | None = None) -> None:
         self._camera = inspection.camera
-        self._setting = Setting.of(Layout.of(inspection.pond), inspection.camera)
+        self._setting = Setting.of(Layout.of(inspection.pond), inspection.camera, finder)
         self._pitch = self._setting.layout.pitch
         self._stated = NoiseModel.stated(inspection.pose_noise, self._pitch)
         self._solver = Solver(self._setting, self._stated, seed)

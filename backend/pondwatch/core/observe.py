@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from .ports import RodFinder
+from .rodsight import joined
 from .values import Float, Float32, Image
 
 MIN_SUPPORT = 0.22  # of the ring band inside the image
@@ -96,9 +98,15 @@ def response_field(image: Image, band: RingBand) -> Float32:
     return np.where(band.support > MIN_SUPPORT, field / np.maximum(band.support, MIN_SUPPORT), 0).astype(np.float32)
 
 
-def find_rods(image: Image, band: RingBand) -> RodsFound:
-    """Rod candidates, best first: local maxima of the response, to a fraction of a pixel by a parabola."""
+def find_rods(image: Image, band: RingBand, finder: RodFinder | None = None) -> RodsFound:
+    """Rod candidates, best first: local maxima of the response, to a fraction of a pixel by a parabola.
+
+    `finder`: a learned one, whose word is joined with the response.
+    """
     field = response_field(image, band)
+    if finder is not None:
+        seen = finder(image, band.outer_px)
+        field = np.where(band.support > MIN_SUPPORT, joined(field, band.pad, seen, band.outer_px), 0).astype(np.float32)
     size = 2 * round(0.75 * band.outer_px) + 1
     top = field >= cv2.dilate(field, np.ones((size, size), np.uint8))
     v, u = np.nonzero(top & (field > PEAK_FLOOR))

@@ -166,7 +166,7 @@ class Placing:
         """Nats against each of several poses, for rods missing or unexplained; nothing where there is one only."""
         if len(poses) == 1:
             return np.zeros(1)
-        found = find_rods(e.snapshot.image, self._setting.band)
+        found = find_rods(e.snapshot.image, self._setting.band, self._setting.finder)
         return describe(np.array(poses), found, self._setting.layout, self._setting.camera).geometry
 
     def _focused(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> Float:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from typing import Any, Protocol
 
-from .values import Float32
+from .rodsight import RodsSeen
+from .values import Image
 
 
 class Clock(Protocol):
@@ -37,6 +38,6 @@ class Bus(Protocol):
 
 
 class RodFinder(Protocol):
-    """A learned detector of rods: image (H, W) float32 in 0..1 to a heat map of rod centres (H, W)."""
+    """A learned detector of rods: image (H, W, 3), and the rods' outer radius in it, px, right within 20 %."""
 
-    def __call__(self, grey: Float32) -> Float32: ...
+    def __call__(self, image: Image, outer_px: float) -> RodsSeen: ...
