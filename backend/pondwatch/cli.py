@@ -51,7 +51,9 @@ def main() -> None:
 def correct(
     bundle: BundlePath,
     out: Annotated[Path, typer.Option(metavar="RESULT", help="Folder for the result.")],
-    method: Annotated[str, typer.Option(help="Correction method.")] = "auto",
+    method: Annotated[
+        str, typer.Option(help="auto, lattice, graph, identity, paper-a, -b, -c, -ours or -corrections")
+    ] = "auto",
 ) -> None:
     """Correct a bundle without a server: poses.csv, rods.csv, mosaic.png, mosaic.pgw and mosaic.tif."""
     from pondwatch.basestation.bundle import Bundle
