@@ -1,4 +1,4 @@
-"""The joint decision on graphs small enough to write down every assignment, and on a row of rods that has look-alikes."""
+"""The joint decision on graphs so small that every assignment can be written down, and on fields with look-alikes."""
 
 from __future__ import annotations
 

@@ -190,7 +190,8 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
         columns = design(p, moved, about_px, profile)
         solved = _solve(columns, weight * down, count)
         motion = motion + np.clip(solved.step, [-1.5, -1.5, -0.04], [1.5, 1.5, 0.04])
-        residual = columns[..., 7] - np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
+        lit = np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
+        residual = columns[..., 7] - lit - solved.light[:, :1] * (columns[..., 4:7] @ solved.step)  # after the step
         down = 1 / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
     disagreement = _disagreement(solved.gradients, solved.per_rod, solved.normal, solved.variance)
     rod_px = np.pi * profile.reach_px**2
@@ -257,14 +258,15 @@ def _window(p: Patches, centres_px: Float, profile: Profile) -> Float:
 
 
 def _disagreement(gradients: Float, per_rod: Float, normal: Float, variance: float) -> float:
-    """Mean over rods of g' (variance H_k)^-1 g over its expectation of 3: 1 for white noise, more for a model that
-    does not hold."""
+    """Mean over rods of g' (variance H_k)^-1 g over its expectation of 2: about 1 for white noise, more for a model
+    that does not hold. Of a round rod alone a turn is a shift, so its gradients by the shift say all."""
     if len(gradients) < 2:
         return 1.0
     step = np.linalg.solve(normal, gradients.sum(axis=0))
-    g = gradients - per_rod @ step
+    g = (gradients - per_rod @ step)[:, :2]
+    per_rod = per_rod[:, :2, :2]
     good = np.linalg.det(per_rod) > 1e-9
     if not good.any():
         return 1.0
     quad = np.einsum("ki,kij,kj->k", g[good], np.linalg.inv(per_rod[good]), g[good])
-    return float(np.mean(quad) / (3 * max(variance, 1e-12)) * len(g) / max(len(g) - 1, 1))
+    return float(np.mean(quad) / (2 * max(variance, 1e-12)) * len(g) / max(len(g) - 1, 1))
