@@ -198,13 +198,13 @@ class _Assignment:
         """(H_i,): log posterior of each place of one snapshot, all others as they are."""
         p = self._p
         self._add(int(self.choice[snapshot]), -1)
-        log_state = np.log(p.state_prior) + self._sum
-        log_state -= log_state.max(axis=1, keepdims=True)
-        state = np.exp(log_state)
-        state /= state.sum(axis=1, keepdims=True)
         lo, hi = p.start[snapshot], p.start[snapshot + 1]
         e = self._edges[self._first[lo] : self._first[hi]]
-        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[p.edge_rod[e]], p.look[p.edge_look[e]]), TINY))
+        rods, at = np.unique(p.edge_rod[e], return_inverse=True)  # those of this snapshot's places alone
+        log_state = np.log(p.state_prior) + self._sum[rods]
+        state = np.exp(log_state - log_state.max(axis=1, keepdims=True))
+        state /= state.sum(axis=1, keepdims=True)
+        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[at.reshape(-1)], p.look[p.edge_look[e]]), TINY))
         score = p.log_prior[lo:hi] + np.bincount(p.edge_hypothesis[e] - lo, gain, hi - lo)
         self._add(int(self.choice[snapshot]), 1)
         return np.asarray(score + self._tie_terms(snapshot))
