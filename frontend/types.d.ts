@@ -21,7 +21,7 @@ declare interface RodRow {
 declare interface PlanePose { x_m: number; y_m: number; theta_rad: number; }
 declare interface Evidence {
   robot: string; boot: number; sequence: number; captured_at: string; raw: PlanePose; corrected: PlanePose | null;
-  status: string; fill: number | null;
+  status: string; fill?: number | null;
 }
 declare interface RodFacts extends RodRow { method?: string; model_digest?: string | null; snapshots: Evidence[]; }
 declare interface PatchHeader {

@@ -33,20 +33,21 @@ ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"
 
 
 class Server:
-    """A server process on a data folder. `start` and `kill` as often as needed."""
+    """A server process on a data folder, and beside it what it logs. `start` and `kill` as often as needed."""
 
     def __init__(self, data: Path, *, lying: bool = False) -> None:
         self._arguments = [str(data), *(["--acknowledge-early"] if lying else [])]
         self._process: subprocess.Popen[str] | None = None
-        self.url = ""
+        self.url, self.log = "", data.with_name(f"{data.name}.log")
 
     def start(self) -> float:
         """Start it; the seconds until it was ready."""
         began = time.monotonic()
         command = [sys.executable, "-m", "tests.reliability.launcher", *self._arguments]
-        self._process = subprocess.Popen(
-            command, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-        )
+        with self.log.open("a") as log:
+            self._process = subprocess.Popen(
+                command, cwd=ROOT, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=log, text=True
+            )
         assert self._process.stdout
         assert select.select([self._process.stdout], [], [], READY_S)[0], "the server did not start"
         self.url = self._process.stdout.readline().split()[-1]

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import signal
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import cv2
+import httpx
 import numpy as np
 import pytest
+
+from tests.fakes.robot import document
 
 from .harness import Ending, Server, children, first_loss, is_alive, run
 from .inspected import Inspected, alone, inspected
@@ -100,3 +105,31 @@ def test_a_server_that_is_asked_to_stop_does_so_at_once_and_starts_again(tmp_pat
     assert time.monotonic() - began < 3
     assert server.start() < 10
     server.kill()
+
+
+def test_a_server_that_is_stopped_while_someone_waits_for_the_end_answers_and_logs_no_fault(tmp_path: Path) -> None:
+    server = Server(tmp_path / "data")
+    server.start()
+    first, session = [httpx.post(f"{server.url}/api/sessions", json=document()).json()["id"] for _ in range(2)]
+    httpx.post(f"{server.url}/api/sessions/{first}/finish", params={"wait": 60}, timeout=70)  # the worker is there
+    for worker in workers_of(server):
+        os.kill(worker, signal.SIGSTOP)  # so that the end does not come
+    with ThreadPoolExecutor(1) as pool:
+        url = f"{server.url}/api/sessions/{session}"
+        waiting = pool.submit(httpx.post, f"{url}/finish", params={"wait": 60}, timeout=70)
+        while httpx.get(url, timeout=20).json()["state"] != "finishing":
+            time.sleep(0.01)
+
+        began = time.monotonic()
+        server.kill(signal.SIGTERM)
+
+        assert time.monotonic() - began < 2.5  # before the server would cut requests off
+        answer = waiting.result(10)
+    assert (answer.status_code, answer.json()["state"]) == (202, "finishing")
+    assert "Traceback" not in server.log.read_text()
+
+
+def workers_of(server: Server) -> list[int]:
+    found = [p for p in children(server.pid) if "spawn_main" in Path(f"/proc/{p}/cmdline").read_text()]
+    assert found
+    return found

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from threading import Event
 from typing import Annotated
 
 from fastapi import Depends, Request
@@ -19,7 +20,8 @@ from pondwatch.telemetry import Telemetry
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """Everything that a request may need. intake: threads that take snapshots in."""
+    """Everything that a request may need. intake: threads that take snapshots in. stopping: set once the server is
+    told to stop, so that no request waits on."""
 
     settings: Settings
     store: Store
@@ -29,6 +31,7 @@ class Services:
     observer: Observer
     telemetry: Telemetry
     intake: Executor
+    stopping: Event = field(default_factory=Event)
 
     def now_ms(self) -> int:
         """Milliseconds since the epoch."""
