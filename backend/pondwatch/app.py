@@ -14,7 +14,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from . import __version__
-from .api import compare, health, jobs, problems, results, sessions, snapshots
+from .api import compare, corrections, health, jobs, problems, results, sessions, snapshots
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
 from .api.services import Services
@@ -114,7 +114,7 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for module in (sessions, snapshots, results, jobs, compare, health):
+    for module in (sessions, snapshots, results, corrections, jobs, compare, health):
         app.include_router(module.router)
     app.include_router(live_router(hub, settings.allowed_origins))
     app.mount("/", FrontEnd(frontend_dir()), name="front end")
@@ -154,11 +154,11 @@ def _limits(settings: Settings) -> list[BodyLimit]:
 
 
 class _Announcing(uvicorn.Server):
-    """Says where it listens, once it does."""
+    """Says where it listens, once it does, and that it stops, before requests are waited for."""
 
-    def __init__(self, config: uvicorn.Config, announce: Callable[[str], None]) -> None:
+    def __init__(self, config: uvicorn.Config, announce: Callable[[str], None], stopping: Callable[[], None]) -> None:
         super().__init__(config)
-        self._announce = announce
+        self._announce, self._stopping = announce, stopping
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Begin to listen."""
@@ -166,6 +166,11 @@ class _Announcing(uvicorn.Server):
         if self.started and self.servers:
             host, port = self.servers[0].sockets[0].getsockname()[:2]
             self._announce(f"http://{f'[{host}]' if ':' in host else host}:{port}")
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Let who waits go, then stop."""
+        self._stopping()
+        await super().shutdown(sockets)
 
 
 def serve(
@@ -175,8 +180,9 @@ def serve(
 ) -> None:
     """Run the server until it is told to stop (SIGINT, SIGTERM). `announce` hears its address once it listens."""
     configure_logging()
+    served = app or create_app(settings)
     config = uvicorn.Config(
-        app or create_app(settings),
+        served,
         settings.host,
         settings.port,
         log_config=None,
@@ -185,4 +191,4 @@ def serve(
         proxy_headers=False,
         timeout_graceful_shutdown=_GRACE_S,
     )
-    _Announcing(config, announce).run()
+    _Announcing(config, announce, lambda: served.state.services.stopping.set()).run()

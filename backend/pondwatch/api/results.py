@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,25 +15,50 @@ from pondwatch.core.errors import Missing
 from pondwatch.core.values import CorrectedPose, Pond, SnapshotKey, Status
 from pondwatch.jobs import exports, tiles, views
 from pondwatch.jobs.views import Json
-from pondwatch.store import revisions, sessions
+from pondwatch.store import corrections, revisions, sessions
+from pondwatch.store.corrections import Correction
 from pondwatch.store.sessions import Session
 
 from .services import Here
 
 router = APIRouter(prefix="/api/sessions/{session_id}", tags=["results"])
 Format = Annotated[Literal["json", "csv"], Query(alias="format")]
+Method = Annotated[str | None, Query(max_length=40, description="Of `corrections`; else the session's own.")]
 
 
 @router.get("/poses", summary="Corrected poses")
-def get_poses(here: Here, session_id: str, form: Format = "json") -> Response:
-    """`poses`, in order of robot, boot and sequence, as of `revision`; or `poses.csv` itself."""
-    session, rows = here.store.read(lambda c: (sessions.get(c, session_id), revisions.pose_rows(c, session_id)))
+def get_poses(here: Here, session_id: str, form: Format = "json", method: Method = None) -> Response:
+    """`poses`, in order of robot, boot and sequence, as of `revision`, by `method`; or `poses.csv` itself."""
+
+    def look(connection: Connection) -> tuple[Session, Correction | None, Sequence[RowMapping | Json]]:
+        session = sessions.get(connection, session_id)
+        other = _other(connection, session, method)
+        if other is None:
+            return session, None, revisions.pose_rows(connection, session_id)
+        return session, other, corrections.pose_rows(connection, other)
+
+    session, other, rows = here.store.read(look)
     if form == "csv":
         return _file(exports.poses_csv(_corrected(row) for row in rows), "text/csv", "poses.csv")
-    return JSONResponse({"session": session.id, "revision": session.revision, "poses": [views.pose(r) for r in rows]})
+    return JSONResponse({**_head(session, other), "poses": [views.pose(row) for row in rows]})
 
 
-def _corrected(row: RowMapping) -> CorrectedPose:
+def _other(connection: Connection, session: Session, method: str | None) -> Correction | None:
+    """The further correction that is asked for; None for the session's own result."""
+    if method is None or method == session.method:
+        return None
+    found = corrections.get(connection, session.id, method)
+    if found.state != "done":
+        raise Missing(f"The correction by {method} is {found.state}.", kind="correction", id=method)
+    return found
+
+
+def _head(session: Session, other: Correction | None) -> Json:
+    source = other or session
+    return {"session": session.id, "revision": source.revision, "method": source.method}
+
+
+def _corrected(row: RowMapping | Json) -> CorrectedPose:
     pose = None if row["x_m"] is None else np.array([row["x_m"], row["y_m"], row["theta_rad"]])
     xy, theta = row["sigma_xy_m"], row["sigma_theta_rad"]
     covariance = None if xy is None else np.diag(np.square([xy, xy, theta]))
@@ -41,20 +67,26 @@ def _corrected(row: RowMapping) -> CorrectedPose:
     )
 
 
-def _rods(connection: Connection, session_id: str) -> tuple[Session, list[Json]]:
+def _rods(
+    connection: Connection, session_id: str, method: str | None = None
+) -> tuple[Session, Correction | None, list[Json]]:
     """Every rod of the layout, in its order."""
     session = sessions.get(connection, session_id, with_rods=True)
-    read = {row["rod_id"]: views.rod(row) for row in revisions.rod_rows(connection, session_id)}
-    return session, [read.get(r.id) or views.unseen(r.id) for r in session.inspection.pond.rods]
+    other = _other(connection, session, method)
+    rows: Sequence[RowMapping | Json] = (
+        revisions.rod_rows(connection, session_id) if other is None else corrections.rod_rows(connection, other)
+    )
+    read = {row["rod_id"]: views.rod(row) for row in rows}
+    return session, other, [read.get(r.id) or views.unseen(r.id) for r in session.inspection.pond.rods]
 
 
 @router.get("/rods", summary="Rod readings")
-def get_rods(here: Here, session_id: str, form: Format = "json") -> Response:
-    """`rods`, every one of the layout in its order, as of `revision`; or `rods.csv` itself."""
-    session, rods = here.store.read(lambda c: _rods(c, session_id))
+def get_rods(here: Here, session_id: str, form: Format = "json", method: Method = None) -> Response:
+    """`rods`, every one of the layout in its order, as of `revision`, by `method`; or `rods.csv` itself."""
+    session, other, rods = here.store.read(lambda c: _rods(c, session_id, method))
     if form == "csv":
         return _file(exports.rods_csv(views.reading(r) for r in rods), "text/csv", "rods.csv")
-    return JSONResponse({"session": session.id, "revision": session.revision, "rods": rods})
+    return JSONResponse({**_head(session, other), "rods": rods})
 
 
 @router.get("/rods/{rod_id}", summary="One rod and the snapshots behind it")
@@ -62,7 +94,7 @@ def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
     """The reading, and the snapshots whose corrected footprint holds the whole rod."""
 
     def look(connection: Connection) -> tuple[Session, list[Json], list[Json]]:
-        session, rods = _rods(connection, session_id)
+        session, _, rods = _rods(connection, session_id)
         return session, rods, [views.pose(row) for row in revisions.pose_rows(connection, session_id)]
 
     session, rods, poses = here.store.read(look)

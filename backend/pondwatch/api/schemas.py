@@ -52,6 +52,14 @@ class BatchItemIn(PoseIn):
     image: Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
+class CorrectionIn(BaseModel):
+    """What a session is to be corrected again by."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    method: Name
+
+
 _ITEMS = TypeAdapter(list[Any])
 
 

@@ -17,7 +17,7 @@ from pondwatch.core.values import Inspection
 from pondwatch.jobs import finish, views
 from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.views import Json
-from pondwatch.store import sessions
+from pondwatch.store import corrections, sessions
 from pondwatch.store.sessions import State
 
 from .services import Here, Services
@@ -63,7 +63,7 @@ def list_sessions(
 
 @router.get("/{session_id}", summary="One session")
 def get_session(here: Here, session_id: str) -> JSONResponse:
-    """State, counts, coverage, revision; camera, pond with its layout, raster."""
+    """State, counts, coverage, revision; camera, pond with its layout, raster; `corrections` by other methods."""
     return JSONResponse(_one(here, session_id))
 
 
@@ -71,10 +71,10 @@ def get_session(here: Here, session_id: str) -> JSONResponse:
 async def finish_session(
     here: Here, session_id: str, wait: Annotated[float, Query(ge=0, le=60, description="Seconds to wait.")] = 4.0
 ) -> JSONResponse:
-    """200 and the session once it is finished; 202 where that takes longer. May be repeated."""
+    """200 and the session once it is finished; 202 where that takes longer, or the server stops. May be repeated."""
     state = await run_in_threadpool(_begin, here, session_id)
     until = time.monotonic() + wait
-    while state is State.FINISHING and time.monotonic() < until:
+    while state is State.FINISHING and time.monotonic() < until and not here.stopping.is_set():
         await asyncio.sleep(_LOOK_S)
         state = await run_in_threadpool(_state, here, session_id)
     view = await run_in_threadpool(_one, here, session_id)
@@ -97,6 +97,7 @@ def _one(here: Services, session_id: str) -> Json:
     def look(connection: Connection) -> Json:
         session = sessions.get(connection, session_id, with_rods=True)
         view = views.session(session, sessions.facts(connection, session_id))
+        view["corrections"] = [views.correction(c) for c in corrections.of(connection, session_id)]
         view["pond"]["rods"] = views.layout(session.inspection.pond.rods)
         return view
 

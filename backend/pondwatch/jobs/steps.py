@@ -1,7 +1,8 @@
 """One step of a session at a time, and what follows when it fails.
 
 A step that fails is repeated snapshot by snapshot; a snapshot that fails three times alone is rejected and the session
-goes on. A session that cannot be taken up or settled three times says so and waits. A store that fails is waited for.
+goes on. A session that cannot be taken up or settled three times says so and waits; so does a correction by a further
+method. A store that fails is waited for.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from pondwatch.store import jobs, sessions, snapshots
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.store import Store
 
-from . import advance, finish
+from . import advance, correct, finish
 from .advance import CannotLoad, Step
 from .lanes import Lane, TaskFailed, WorkerLost
 
@@ -76,13 +77,24 @@ class Steps:
         limit = 1 if trouble.careful else STEP_LIMIT
         step = advance.advance(self._store, lane, session_id, self._now_ms(), limit)
         if step is None:
-            if self._session(session_id).state is not State.FINISHING:
+            session = self._session(session_id)
+            if session.state is State.FINISHED:
+                return self._correct(lane, session, trouble)
+            if session.state is not State.FINISHING:
                 return self._reflect(lane, session_id)
             step = finish.settle(self._store, lane, session_id, self._now_ms())
         trouble.tries, trouble.careful = 0, max(0, trouble.careful - step.covered)
         self._remember(session_id, step.thinking)
         self._observer.committed(session_id, step, time.perf_counter() - started)
         return step.left > 0 or step.state is State.FINISHING
+
+    def _correct(self, lane: Lane, session: Session, trouble: Trouble) -> bool:
+        """Correct a finished session by a further method, where that was asked for."""
+        left = correct.settle(self._store, lane, session.id, self._now_ms())
+        if left is not None:
+            trouble.tries = 0
+            self._observer.changed(session.id, session.revision)
+        return bool(left)
 
     def _reflect(self, lane: Lane, session_id: str) -> bool:
         """Show what was decided beside, where that is done. A worker lost meanwhile decides it anew with the next
@@ -109,19 +121,22 @@ class Steps:
         if waiting > 1 and not trouble.careful and not isinstance(error, CannotLoad):
             trouble.tries, trouble.careful = 0, min(waiting, STEP_LIMIT)
         final = trouble.tries >= MOST_TRIES
-        self._note(session, "advance" if waiting else "finish", str(error), final)
+        kind = "advance" if waiting else "correct" if session.state is State.FINISHED else "finish"
+        self._note(session, kind, str(error), final)
         if not final:
             return True
         trouble.tries = 0
         if waiting and not isinstance(error, CannotLoad):
             return self._pass_over(session_id, trouble, str(error))
-        return False
+        return kind == "correct"  # another may wait
 
     def _note(self, session: Session, kind: str, error: str, final: bool) -> None:
         def unit(connection: Connection) -> None:
             jobs.fail(connection, session.id, kind, self._now_ms(), error, final=final)
             if final and kind == "finish":
                 sessions.set_state(connection, session.id, State.FAILED)
+            elif final and kind == "correct":
+                correct.give_up(connection, session.id, error)
 
         self._store.write(unit)
         self._observer.changed(session.id, session.revision)

@@ -10,6 +10,7 @@ from pondwatch.core.frames import raster_size_px
 from pondwatch.core.mosaic import default_metres_per_pixel
 from pondwatch.core.values import Rod, RodReading, RodState
 from pondwatch.store.clock import rfc3339
+from pondwatch.store.corrections import Correction
 from pondwatch.store.sessions import Facts, Session
 from pondwatch.store.snapshots import StoredSnapshot
 
@@ -62,7 +63,14 @@ def layout(rods: tuple[Rod, ...]) -> list[Json]:
     return [{name: getattr(rod, name) for name in names} for rod in rods]
 
 
-def pose(row: RowMapping) -> Json:
+def correction(correction: Correction) -> Json:
+    """A correction by a further method."""
+    times = {"created_at": rfc3339(correction.created_ms), "finished_at": rfc3339(correction.finished_ms)}
+    names = ("method", "state", "revision", "error")
+    return {name: getattr(correction, name) for name in names} | {"quality": {"sentence": correction.quality}} | times
+
+
+def pose(row: RowMapping | Json) -> Json:
     """A corrected pose, beside the one that came in."""
     as_stored = (
         "sequence",
@@ -89,10 +97,10 @@ def evidence(pose: Json) -> Json:
     names = ("robot", "boot", "sequence", "captured_at", "status")
     axes = ("x_m", "y_m", "theta_rad")
     places = {"raw": {axis: pose[f"raw_{axis}"] for axis in axes}, "corrected": {axis: pose[axis] for axis in axes}}
-    return {name: pose[name] for name in names} | places | {"fill": None}
+    return {name: pose[name] for name in names} | places
 
 
-def rod(row: RowMapping) -> Json:
+def rod(row: RowMapping | Json) -> Json:
     """A rod's reading."""
     names = ("rod_id", "state", "fill", "confidence", "views", "conflicting", "revision")
     return {name: row[name] for name in names}

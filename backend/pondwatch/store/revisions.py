@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, select, update
+from sqlalchemy import ColumnElement, Connection, RowMapping, Table, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
 from pondwatch.core.errors import Conflict
@@ -73,22 +73,13 @@ def write(connection: Connection, new: NewRevision) -> int:
     mine = (sessions.c.id == new.session_id, sessions.c.revision == new.base)
     if connection.execute(update(sessions).where(*mine).values(values)).rowcount != 1:
         raise Conflict("Another revision came between.", session=new.session_id)
-    _upsert(connection, poses, [_pose_values(new.session_id, revision, p) for p in new.poses])
-    _upsert(connection, rod_readings, [_rod_values(new.session_id, revision, r) for r in new.rods])
+    of_revision = {"session_id": new.session_id, "revision": revision}
+    _upsert(connection, poses, [pose_values(p) | of_revision for p in new.poses])
+    _upsert(connection, rod_readings, [rod_values(r) | of_revision for r in new.rods])
     _upsert(
         connection,
         tiles,
-        [
-            {
-                "session_id": new.session_id,
-                "layer": t.layer,
-                "x": t.x,
-                "y": t.y,
-                "revision": revision,
-                "content": t.content,
-            }
-            for t in new.tiles
-        ],
+        [{"layer": t.layer, "x": t.x, "y": t.y, "content": t.content} | of_revision for t in new.tiles],
     )
     return revision
 
@@ -103,12 +94,11 @@ def _upsert(connection: Connection, table: Any, rows: list[dict[str, Any]]) -> N
     connection.execute(statement.on_conflict_do_update(index_elements=keys, set_=changed), rows)
 
 
-def _pose_values(session_id: str, revision: int, p: PoseRow) -> dict[str, Any]:
+def pose_values(p: PoseRow) -> dict[str, Any]:
+    """A pose by the names of its columns."""
     x, y, theta = p.pose or (None, None, None)
     return {
         "snapshot_id": p.snapshot_id,
-        "session_id": session_id,
-        "revision": revision,
         "status": p.status,
         "x_m": x,
         "y_m": y,
@@ -120,11 +110,10 @@ def _pose_values(session_id: str, revision: int, p: PoseRow) -> dict[str, Any]:
     }
 
 
-def _rod_values(session_id: str, revision: int, r: RodReading) -> dict[str, Any]:
+def rod_values(r: RodReading) -> dict[str, Any]:
+    """A reading by the names of its columns."""
     return {
-        "session_id": session_id,
         "rod_id": r.rod_id,
-        "revision": revision,
         "state": r.state.value,
         "fill": r.fill,
         "confidence": r.confidence,
@@ -135,6 +124,11 @@ def _rod_values(session_id: str, revision: int, r: RodReading) -> dict[str, Any]
 
 def pose_rows(connection: Connection, session_id: str, since: int = -1) -> Sequence[RowMapping]:
     """Corrected poses that changed after a revision, with what came in, in order of (robot, boot, sequence)."""
+    return with_what_came_in(connection, poses, (poses.c.session_id == session_id) & (poses.c.revision > since))
+
+
+def with_what_came_in(connection: Connection, table: Table, which: ColumnElement[bool]) -> Sequence[RowMapping]:
+    """Rows of a table of poses beside the snapshots that they are of, in order of (robot, boot, sequence)."""
     s = snapshots.c
     came_in = [
         s.robot,
@@ -147,9 +141,9 @@ def pose_rows(connection: Connection, session_id: str, since: int = -1) -> Seque
         s.theta_rad.label("raw_theta_rad"),
     ]
     query = (
-        select(*came_in, poses)
-        .join(snapshots, snapshots.c.id == poses.c.snapshot_id)
-        .where(poses.c.session_id == session_id, poses.c.revision > since)
+        select(*came_in, table)
+        .join(snapshots, snapshots.c.id == table.c.snapshot_id)
+        .where(which)
         .order_by(s.robot, s.boot, s.sequence)
     )
     return connection.execute(query).mappings().all()

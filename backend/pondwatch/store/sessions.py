@@ -13,7 +13,7 @@ from sqlalchemy import Connection, Row, func, insert, select, update
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
-from .tables import poses, rod_readings, rods, sessions, snapshots
+from .tables import corrections, poses, rod_readings, rods, sessions, snapshots
 
 
 class State(enum.StrEnum):
@@ -151,10 +151,15 @@ def set_state(connection: Connection, session_id: str, state: State, finished_ms
 
 
 def unfinished(connection: Connection) -> list[str]:
-    """Sessions with snapshots that no revision covers, or whose finishing was cut off."""
+    """Sessions with snapshots that no revision covers, or whose finishing or a further correction was cut off."""
     newest = select(func.max(snapshots.c.id)).where(snapshots.c.session_id == sessions.c.id).scalar_subquery()
     behind = (sessions.c.state == State.FINISHING) | (func.coalesce(newest, 0) > sessions.c.covered_through)
-    return list(connection.execute(select(sessions.c.id).where(behind).order_by(sessions.c.id)).scalars())
+    again = select(corrections.c.session_id).where(corrections.c.state.in_(("queued", "running")))
+    return list(
+        connection.execute(
+            select(sessions.c.id).where(behind | sessions.c.id.in_(again)).order_by(sessions.c.id)
+        ).scalars()
+    )
 
 
 def _session(row: Row[Any], rods_: tuple[Rod, ...]) -> Session:

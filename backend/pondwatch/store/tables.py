@@ -1,7 +1,8 @@
 """The tables. Times are whole milliseconds since the epoch, UTC; lengths in metres, pond frame; angles in radians.
 
 Evidence (`sessions`, `rods`, `snapshots`) is written once and never changed but for a session's state; what is derived
-(`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt.
+(`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt. So can `corrections`
+by further methods, whose results stand beside the session's own.
 """
 
 from __future__ import annotations
@@ -137,6 +138,52 @@ tiles = Table(
     Column("content", LargeBinary, nullable=False),
 )
 
+corrections = Table(
+    "corrections",
+    metadata,
+    Column("id", BigInteger, primary_key=True),
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), nullable=False),
+    Column("method", String(40), nullable=False),
+    Column("state", String(10), nullable=False),
+    Column("error", String),
+    Column("revision", BigInteger, nullable=False),  # the session's, of which it corrects the snapshots
+    Column("quality", String, nullable=False, default=""),
+    Column("created_ms", BigInteger, nullable=False),
+    Column("finished_ms", BigInteger),
+    UniqueConstraint("session_id", "method"),
+    CheckConstraint("state IN ('queued', 'running', 'done', 'failed')", name="state"),
+    sqlite_autoincrement=True,
+)
+
+correction_poses = Table(
+    "correction_poses",
+    metadata,
+    Column("correction_id", ForeignKey("corrections.id", ondelete="CASCADE"), primary_key=True),
+    Column("snapshot_id", ForeignKey("snapshots.id", ondelete="CASCADE"), primary_key=True),
+    Column("status", String(10), nullable=False),
+    Column("x_m", Float),
+    Column("y_m", Float),
+    Column("theta_rad", Float),
+    Column("sigma_xy_m", Float),
+    Column("sigma_theta_rad", Float),
+    Column("log_odds", Float, nullable=False, default=0.0),
+    Column("fault", String),
+    CheckConstraint("status IN ('placed', 'uncertain', 'rejected')", name="status"),
+)
+
+correction_rods = Table(
+    "correction_rods",
+    metadata,
+    Column("correction_id", ForeignKey("corrections.id", ondelete="CASCADE"), primary_key=True),
+    Column("rod_id", String, primary_key=True),
+    Column("state", String(10), nullable=False),
+    Column("fill", Float),
+    Column("confidence", Float, nullable=False),
+    Column("views", Integer, nullable=False),
+    Column("conflicting", Boolean(create_constraint=False), nullable=False, default=False),
+    CheckConstraint("state IN ('empty', 'partial', 'full', 'unseen')", name="state"),
+)
+
 jobs = Table(
     "jobs",
     metadata,
@@ -150,7 +197,7 @@ jobs = Table(
     Column("created_ms", BigInteger, nullable=False),
     Column("updated_ms", BigInteger, nullable=False),
     UniqueConstraint("session_id", "kind"),
-    CheckConstraint("kind IN ('advance', 'finish')", name="kind"),
+    CheckConstraint("kind IN ('advance', 'finish', 'correct')", name="kind"),
     CheckConstraint("state IN ('queued', 'running', 'done', 'failed')", name="state"),
     sqlite_autoincrement=True,
 )

@@ -1,0 +1,59 @@
+"""A database of an earlier version is brought to this one with what it holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from alembic import command
+from alembic.config import Config
+from sqlalchemy import Engine, text
+from sqlalchemy.exc import IntegrityError
+
+from pondwatch.resources import migrations_dir
+from pondwatch.store.engine import migrate, writer_engine
+
+SESSION = (
+    "INSERT INTO sessions (id, name, method, created_ms, camera_width_px, camera_height_px, camera_metres_per_pixel, "
+    "pond_width_m, pond_height_m, state, revision, covered_through, seen_share, quality) "
+    "VALUES ('s1', 'Pond', 'lattice', 1, 160, 110, 0.001, 1, 1, 'finished', 7, 0, 0, '')"
+)
+JOB = (
+    "INSERT INTO jobs (session_id, kind, state, progress, attempts, created_ms, updated_ms) "
+    "VALUES ('s1', '{}', 'done', 1, 0, 5, 6)"
+)
+
+
+def to(engine: Engine, version: str, way: Any = command.upgrade) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(migrations_dir()))
+    with engine.begin() as connection:
+        config.attributes["connection"] = connection
+        way(config, version)
+
+
+def kinds(engine: Engine) -> list[str]:
+    with engine.begin() as connection:
+        return list(connection.execute(text("SELECT kind FROM jobs ORDER BY id")).scalars())
+
+
+def test_jobs_of_the_first_version_are_kept_and_a_correction_may_be_one_after_it(tmp_path: Path) -> None:
+    engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
+    to(engine, "0001")
+    with engine.begin() as connection:
+        connection.execute(text(SESSION))
+        connection.execute(text(JOB.format("finish")))
+
+    migrate(engine)
+
+    with engine.begin() as connection:
+        connection.execute(text(JOB.format("correct")))
+    assert kinds(engine) == ["finish", "correct"]
+    with pytest.raises(IntegrityError), engine.begin() as connection:
+        connection.execute(text(JOB.format("magic")))
+    with engine.begin() as connection:
+        connection.execute(text("DELETE FROM sessions"))
+    assert kinds(engine) == []  # they still end with their session
+    to(engine, "0001", command.downgrade)
+    engine.dispose()
