@@ -85,8 +85,11 @@ def read_rods(
 
 def sector_costs(share: Float, templates: Float) -> Float:
     """(L, SECTORS) looks against (S, SECTORS) templates: (L, S) nats, each sector's squared error capped."""
-    square = (np.clip(share, -0.5, 1.5)[:, None] - templates[None]) ** 2 / (2 * SECTOR_SIGMA**2)
-    return np.asarray(states.INDEPENDENT * np.minimum(square, SECTOR_CAP).sum(axis=-1))
+    parts = [
+        np.minimum((part[:, None] - templates[None]) ** 2 / (2 * SECTOR_SIGMA**2), SECTOR_CAP).sum(axis=-1)
+        for part in np.array_split(np.clip(share, -0.5, 1.5), len(share) // 256 + 1)  # so that memory stays small
+    ]
+    return np.asarray(states.INDEPENDENT * np.concatenate(parts))
 
 
 def _unseen(rod_id: str) -> RodReading:
