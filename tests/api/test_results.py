@@ -119,7 +119,28 @@ def test_the_coverage_layer_counts_looks_and_is_0_where_nothing_was_seen(api: Ap
     assert looks.max() > 1
 
 
-@pytest.mark.parametrize("place", ["mosaic/1/0/0", "mosaic/0/1/0", "mosaic/0/-1/0", "mosaic/99/0/0", "magic/0/0/0"])
+def test_the_age_layer_tells_how_long_before_the_newest_snapshot_a_place_was_seen(api: Api) -> None:
+    session = api.open()
+    flat = {"y_m": 0.06, "theta_rad": 0.0}  # 48 x 32 pixels around the 60th row: rows 44 to 75
+    api.send(session, Shot(0).but(x_m=0.05, captured_at="2026-01-01T08:00:00.250Z", **flat))  # columns 26 to 73
+    api.send(session, Shot(1).but(x_m=0.08, captured_at="2026-01-01T08:20:00.250Z", **flat))  # columns 56 to 103
+    api.until(session, lambda view: view["counts"]["pending"] == 0)
+
+    tile = picture_of(api.get(session, "/tiles/age/0/0/0").content).astype(int)
+
+    seen = tile[..., 3] == 255
+    age_s = tile[..., 2] * 65536 + tile[..., 1] * 256 + tile[..., 0]
+    assert (seen[60, :120].nonzero()[0] == np.arange(26, 104)).all()
+    assert seen[:, 60].nonzero()[0].tolist() == list(range(44, 76))
+    assert (age_s[60, 26:56] == 1200).all()
+    assert (age_s[60, 56:104] == 0).all()  # the later look counts
+    looks = picture_of(api.get(session, "/tiles/coverage/0/0/0").content)
+    np.testing.assert_array_equal(seen, looks > 0)
+
+
+@pytest.mark.parametrize(
+    "place", ["age/1/0/0", "mosaic/1/0/0", "mosaic/0/1/0", "mosaic/0/-1/0", "mosaic/99/0/0", "magic/0/0/0"]
+)
 def test_a_tile_that_is_not_there_is_not_found(api: Api, finished: str, place: str) -> None:
     problem(api.get(finished, f"/tiles/{place}"), 404, "missing")
 

@@ -139,7 +139,10 @@ def get_mosaic_tif(here: Here, session_id: str) -> Response:
 
 @router.get("/tiles/{layer}/{z}/{x}/{y}", summary="A 256-pixel tile of a layer")
 def get_tile(here: Here, session_id: str, layer: str, z: int, x: int, y: int, revision: int | None = None) -> Response:
-    """PNG. z 0 is the whole pond; x right, y down. Immutable where `revision` is the newest."""
+    """PNG. z 0 is the whole pond; x right, y down. Immutable where `revision` is the newest.
+
+    `mosaic`: colours. `coverage`: how many looks, 0 to 255. `age`: 65536 R + 256 G + B is how many seconds before the
+    newest snapshot a place was last seen. A place never seen is transparent, or 0 in `coverage`."""
     content, newest = tiles.tile(here.store, session_id, layer, z, x, y)
     cache = "private, max-age=31536000, immutable" if revision == newest else "no-cache"
     return Response(content, 200, {"Cache-Control": cache, "Pondwatch-Revision": str(newest)}, "image/png")

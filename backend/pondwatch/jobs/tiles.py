@@ -15,6 +15,7 @@ from pondwatch.store import revisions, sessions
 from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
 
+from .ages import age_tile
 from .raster import LAYERS, TILE_PX, png
 from .views import raster_size
 
@@ -33,6 +34,9 @@ def tile(store: Store, session_id: str, layer: str, z: int, x: int, y: int) -> t
         Missing: no such session, layer or place.
     """
 
+    if layer == "age":
+        return _age(store, session_id, z, x, y)
+
     def look(connection: Connection) -> tuple[Session, dict[tuple[int, int], bytes]]:
         session = sessions.get(connection, session_id)
         across = _tiles_across(session, layer, z, x, y)
@@ -48,6 +52,13 @@ def tile(store: Store, session_id: str, layer: str, z: int, x: int, y: int) -> t
         top, left = (row - y * across) * TILE_PX // across, (column - x * across) * TILE_PX // across
         out[top : top + small.shape[0], left : left + small.shape[1]] = small[:size, :size]
     return png(out), session.revision
+
+
+def _age(store: Store, session_id: str, z: int, x: int, y: int) -> tuple[bytes, int]:
+    session, poses = store.read(lambda c: (sessions.get(c, session_id), revisions.pose_rows(c, session_id)))
+    across = _tiles_across(session, "age", z, x, y)
+    corner = x * across * TILE_PX, y * across * TILE_PX
+    return png(age_tile(session, poses, corner, across)), session.revision
 
 
 def whole(store: Store, session_id: str) -> tuple[Session, Image]:
@@ -70,8 +81,9 @@ def _tiles_across(session: Session, layer: str, z: int, x: int, y: int) -> int:
     """How many tiles of the finest level lie along a tile's side."""
     size = raster_size(session)
     deepest = finest(size)
-    if layer not in LAYERS:
-        raise Missing(f"There is no layer {layer[:40]!r}; there are {', '.join(LAYERS)}.", kind="layer", id=layer[:40])
+    if layer not in (*LAYERS, "age"):
+        known = ", ".join((*LAYERS, "age"))
+        raise Missing(f"There is no layer {layer[:40]!r}; there are {known}.", kind="layer", id=layer[:40])
     if 0 <= z <= deepest:
         across = 1 << (deepest - z)
         side = TILE_PX * across
