@@ -205,7 +205,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m models.paper.evaluate", description=__doc__)
     parser.add_argument("--data", type=Path, nargs="*", default=[], metavar="DIR")
     parser.add_argument("--runs", type=Path, default=Path("runs"))
-    parser.add_argument("--nets", nargs="*", default=["a", "b", "c", "ours", "ours-oracle", "corrections"])
+    parser.add_argument(
+        "--nets", nargs="*", default=["a", "a-longer", "b", "c", "ours", "ours-longer", "ours-oracle", "corrections"]
+    )
     parser.add_argument("--instances", type=int, default=0, help="noise instances a test pond; 0 is all")
     parser.add_argument("--iou-every", type=int, default=1, help="IoU of every n-th set")
     parser.add_argument("--lattice", type=int, default=10, help="sets for the lattice method; 0 leaves it out")

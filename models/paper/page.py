@@ -32,9 +32,11 @@ NAMES = {
     "middle": "always the middle of the pond",
     "lattice": "Pondwatch's `lattice` method",
     "a": "(a) coordinates",
+    "a-longer": "(a), trained four times as long",
     "b": "(b) + snapshots",
     "c": "(c) + noisy stitched image",
     "ours": "the paper's: + mask of noisy poses",
+    "ours-longer": "the paper's, trained four times as long",
     "ours-oracle": "the paper's, mask of true poses (**oracle**)",
     "corrections": "the paper's, predicting corrections",
 }

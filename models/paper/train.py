@@ -21,11 +21,6 @@ from .network import VARIANTS, PaperNetwork, Shape, loss
 from .recipes import RECIPES, Recipe
 
 
-def run_name(variant: str, poses: data.Poses) -> str:
-    """Folder of a run."""
-    return variant if poses == "noisy" else f"{variant}-oracle"
-
-
 def train(
     dataset: Path, run: Path, variant: str, recipe: Recipe, poses: data.Poses = "noisy", seed: int = 0,
     device: str = "cpu", ponds: int = 0,
@@ -134,7 +129,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True, metavar="RUNS")
     parser.add_argument("--recipe", choices=RECIPES, default="full")
     parser.add_argument("--nets", nargs="+", default=[*VARIANTS, "ours-oracle"], metavar="NET",
-                        help="a, b, c, ours, corrections; NET-oracle draws its mask from the true poses")  # fmt: skip
+                        help="a, b, c, ours, corrections; NET-oracle draws its mask from the true poses, any other "
+                             "NET-WORD is NET under a name of its own")  # fmt: skip
     parser.add_argument("--epochs", type=int, help="instead of the recipe's")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu")
@@ -145,8 +141,8 @@ def main() -> None:
     recipe = RECIPES[asked.recipe]
     recipe = replace(recipe, epochs=asked.epochs or recipe.epochs)
     for net in asked.nets:
-        variant, _, oracle = net.partition("-")
-        poses: data.Poses = "true" if oracle else "noisy"
+        variant, _, kind = net.partition("-")
+        poses: data.Poses = "true" if kind == "oracle" else "noisy"
         started, spent = time.monotonic(), time.process_time()
         losses = train(asked.dataset, asked.out / net, variant, recipe, poses, asked.seed, asked.device)
         took, cpu = time.monotonic() - started, time.process_time() - spent
