@@ -1,19 +1,20 @@
-"""python -m tests.bench [accuracy] [speed] [live] [--bundles FOLDER] [--method NAME]"""
+"""python -m tests.bench [accuracy] [speed] [live] [grid] [--bundles FOLDER] [--method NAME]"""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from . import accuracy, live, speed
+from . import accuracy, grid, live, speed
 
 
 def main() -> None:
     """Run the benches that were asked for, all where none was."""
     parser = argparse.ArgumentParser(prog="tests.bench")
-    parser.add_argument("benches", nargs="*", choices=("accuracy", "speed", "live"))
+    parser.add_argument("benches", nargs="*", choices=("accuracy", "speed", "live", "grid"))
     parser.add_argument("--bundles", type=Path, help="folder with bundles that have a truth")
     parser.add_argument("--method", default="auto")
+    parser.add_argument("--seeds", type=int, default=4, help="of the grid")
     asked = parser.parse_args()
     if "accuracy" in asked.benches or not asked.benches:
         accuracy.run(asked.bundles, asked.method)
@@ -21,6 +22,8 @@ def main() -> None:
         speed.run(asked.bundles, asked.method)
     if "live" in asked.benches or not asked.benches:
         live.run(asked.bundles)
+    if "grid" in asked.benches:
+        grid.run(asked.seeds)
 
 
 if __name__ == "__main__":
