@@ -61,11 +61,17 @@ def tables(found: Sequence[Found]) -> Iterator[str]:
     """A table for each noise and split, the published rows under each."""
     for noise, split in sorted({(f["noise"], f["split"]) for f in found}, key=lambda p: (p[0], p[1] != "shared")):
         rows = {f["method"]: f for f in found if (f["noise"], f["split"]) == (noise, split)}
-        lines = [_row(NAMES[m], rows[m]["mse"], rows[m]["mae"], rows[m]["r2"], rows[m]["iou"], str(rows[m]["sets"]))
-                 for m in NAMES if m in rows]  # fmt: skip
+        lines = [_row(_named(f), f["mse"], f["mae"], f["r2"], f["iou"], str(f["sets"]))
+                 for f in (rows[m] for m in NAMES if m in rows)]  # fmt: skip
         lines += [_row(f"*published* {NAMES[m]}", *PUBLISHED[m], "1000") for m in PUBLISHED]
         head = ["| " + " | ".join(HEAD) + " |", "| --- |" + " ---: |" * (len(HEAD) - 1)]
         yield f"### Noise `{noise}`, poses {split}\n\n" + "\n".join([*head, *lines])
+
+
+def _named(row: Found) -> str:
+    """A method's name, and its recipe where it was trained: `how` begins with it, between back-quotes."""
+    recipe = f" [{row['how'].split('`')[1]} recipe]" if row["how"] else ""
+    return NAMES[row["method"]] + recipe
 
 
 def _row(name: str, mse: Sequence[float], mae: Sequence[float], r2: Sequence[float], iou: float, sets: str) -> str:
