@@ -164,6 +164,7 @@ def _similar(a: NoiseModel, b: NoiseModel) -> bool:
         abs(np.log(a.sigma_xy_m / b.sigma_xy_m)) < 0.2
         and abs(np.log(a.sigma_theta_rad / b.sigma_theta_rad)) < 0.3
         and abs(a.correlation - b.correlation) < 0.1
+        and abs(np.log(a.gross / b.gross)) < 1.0
     )
 
 
