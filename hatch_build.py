@@ -43,8 +43,10 @@ def carried(root: Path) -> Iterator[tuple[Path, str]]:
         yield source, f"pondwatch/_frontend{address}"
     for source in _tree(root / "migrations"):
         yield source, f"pondwatch/_migrations/{source.relative_to(root / 'migrations')}"
-    for source in sorted((root / "models").glob("*/*.onnx")):
-        yield source, f"pondwatch/_models/{source.relative_to(root / 'models')}"
+    for network in sorted((root / "models").glob("*/*.onnx")):
+        for source in (network, network.with_suffix(".json")):  # some have their contract beside them
+            if source.is_file():
+                yield source, f"pondwatch/_models/{source.relative_to(root / 'models')}"
 
 
 def _tree(folder: Path) -> Iterator[Path]:

@@ -62,9 +62,8 @@ def test_mirroring_moves_offsets_and_wedges_with_the_rods(crops):
 
     before = centres(batch[1], batch[3])
     height, width = batch[0].shape[2:]
-    wanted = [
-        np.abs(before - [width - 1 if h else 0, height - 1 if v else 0]) for h in (False, True) for v in (False, True)
-    ]
+    across, down = width - 1 - before[:, 0], height - 1 - before[:, 1]
+    wanted = [np.stack([u, v], axis=1) for u in (before[:, 0], across) for v in (before[:, 1], down)]
     sums = {tuple(np.round(w.sum(axis=0), 1)) for w in wanted}
     got = {tuple(np.round(centres(t[1], t[3]).sum(axis=0), 1)) for t in turned}
     assert 1 < len(got) <= 4

@@ -24,6 +24,7 @@ from .values import Float, Float32, Image
 MIN_SUPPORT = 0.22  # of the ring band inside the image
 PEAK_SHARE = 0.4  # of the best responses in the snapshot
 PEAK_FLOOR = 0.12  # correlation under which nothing is called a rod
+WEAK = 0.45  # typical response under which a learned finder is asked too; in clear water nearly all are above
 SMOOTHING_PX = 1.0
 
 
@@ -101,12 +102,17 @@ def response_field(image: Image, band: RingBand) -> Float32:
 def find_rods(image: Image, band: RingBand, finder: RodFinder | None = None) -> RodsFound:
     """Rod candidates, best first: local maxima of the response, to a fraction of a pixel by a parabola.
 
-    `finder`: a learned one, whose word is joined with the response.
+    `finder`: a learned one, whose word is joined with the response where that is weak.
     """
     field = response_field(image, band)
-    if finder is not None:
-        seen = finder(image, band.outer_px)
-        field = np.where(band.support > MIN_SUPPORT, joined(field, band.pad, seen, band.outer_px), 0).astype(np.float32)
+    found = _maxima(field, band)
+    if finder is None or found.typical >= WEAK:
+        return found
+    both = joined(field, band.pad, finder(image, band.outer_px), band.outer_px)
+    return _maxima(np.where(band.support > MIN_SUPPORT, both, 0).astype(np.float32), band)
+
+
+def _maxima(field: Float32, band: RingBand) -> RodsFound:
     size = 2 * round(0.75 * band.outer_px) + 1
     top = field >= cv2.dilate(field, np.ones((size, size), np.uint8))
     v, u = np.nonzero(top & (field > PEAK_FLOOR))

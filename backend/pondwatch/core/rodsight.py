@@ -2,7 +2,7 @@
 
 The network sees a snapshot resampled so that the layout's outer radius is `CANONICAL_PX` long, with a margin of the
 same width around it, since rods cut by the border have their centres there. It answers every `STRIDE` pixels:
-whether a rod's centre is near, where exactly and how surely, how large the rod is, and its fill.
+whether a rod's centre is near, where exactly and how surely, and how large the rod is.
 
 Frames
     image      pixels of the snapshot, the centre of the first one is (0, 0)
@@ -51,16 +51,13 @@ class RodsSeen:
     """Rods as a network sees them, the surest first.
 
     centres_px: (K, 2), image frame, may lie just outside. probability: (K,). sigma_px: (K,), of u and of v.
-    outer_px: (K,), radius. fill: (K,), 0 to 1. wedge: (K, 2), the fill's first moment, right and down: its direction
-    is that of the wedge's middle, its length sin(pi fill).
+    outer_px: (K,), radius.
     """
 
     centres_px: Float
     probability: Float
     sigma_px: Float
     outer_px: Float
-    fill: Float
-    wedge: Float
 
 
 def look(image: Image, outer_px: float) -> Sight:
@@ -86,7 +83,8 @@ def read(answer: Float32, sight: Sight) -> RodsSeen:
     """Rods of a network's answer: local maxima of the heat, each put where its neighbours agree that it lies.
 
     Args:
-        answer: (8, h, w), by `CHANNELS`; heat as log odds, lengths in canonical px.
+        answer: (8, h, w), by `CHANNELS`; heat as log odds, lengths in canonical px. The fill and the wedge are not
+            read: the card tells why.
     """
     heat = 1 / (1 + np.exp(-np.clip(answer[0], -30, 30)))
     top = (heat >= cv2.dilate(heat, np.ones((3, 3), np.uint8))) & (heat > PEAK)
@@ -96,7 +94,7 @@ def read(answer: Float32, sight: Sight) -> RodsSeen:
     near_v, near_u, weight = _votes(heat, answer[3], v, u)
     cells = np.stack([near_u, near_v], axis=-1) * STRIDE + (STRIDE - 1) / 2
     centres = (weight[..., None] * (cells + answer[1:3, near_v, near_u].transpose(1, 2, 0))).sum(axis=1)
-    mean = (weight * answer[3:, near_v, near_u]).sum(axis=2)
+    mean = (weight * answer[3:5, near_v, near_u]).sum(axis=2)
     kept = _apart(centres)
     scale = float(sight.scale.mean())
     return RodsSeen(
@@ -104,8 +102,6 @@ def read(answer: Float32, sight: Sight) -> RodsSeen:
         heat[v, u].astype(np.float64)[kept],
         np.exp(mean[0] / 2)[kept] / scale,
         np.exp(mean[1])[kept] * CANONICAL_PX / scale,
-        np.clip(mean[2], 0, 1)[kept],
-        mean[3:].T[kept],
     )
 
 

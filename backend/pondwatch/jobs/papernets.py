@@ -46,8 +46,11 @@ from pondwatch.core.values import (
 )
 from pondwatch.resources import models_dir
 
+from .rodfinder import OnnxRodFinder
+
 PAPER_METHODS = ("paper-a", "paper-b", "paper-c", "paper-ours", "paper-corrections")
-METHODS = (*core.METHODS, *PAPER_METHODS)
+LEARNED_METHOD = "lattice-network"  # `lattice`, with the network that finds rods
+METHODS = (*core.METHODS, LEARNED_METHOD, *PAPER_METHODS)
 CAMERA_PX = (160, 110)
 
 
@@ -208,10 +211,15 @@ def make_corrector(inspection: Inspection, method: str = "auto") -> core.Correct
     """A corrector by name, the networks among them.
 
     Raises:
-        Invalid: there is no such method, or the session does not have what it needs.
+        Invalid: there is no such method, or the session does not have what it needs. Unavailable: a network's file
+            cannot be used.
     """
     if method in PAPER_METHODS:
         return PaperCorrector(inspection, method)
+    if method == LEARNED_METHOD:
+        corrector = core.make_corrector(inspection, "lattice", OnnxRodFinder.of())
+        corrector.method = method
+        return corrector
     if method not in METHODS:
         raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)
     return core.make_corrector(inspection, method)
