@@ -114,7 +114,9 @@ class LatticeCorrector:
         self._evidence = {k: self._afresh(self._evidence[k], reach) for k in sorted(self._evidence)}
         if not self._evidence:
             return Correction((), (), self.quality())
-        return self.adopt(self._deliberate(list(self._evidence.values()), live=False))
+        before, self._poses, self._tally = self._poses, {}, Tally()
+        said = self.adopt(self._deliberate(list(self._evidence.values()), live=False))
+        return replace(said, poses=tuple(p for p in said.poses if not _same(before.get(p.key), p)))
 
     def poses(self) -> Mapping[SnapshotKey, CorrectedPose]:
         """Every pose as it stands."""
@@ -211,6 +213,20 @@ class LatticeCorrector:
             theta = 0.0 if p.pose is None else float(p.pose[2])
             self._book.enter(pose.key, (Entry(p.rods, p.ratio, theta, p.trust), *p.others))
         return Correction(tuple(moved), self._book.changed(), self.quality())
+
+
+def _same(before: CorrectedPose | None, after: CorrectedPose) -> bool:
+    """To the last digit: what is settled must not depend on what stood before."""
+    return (
+        before is not None
+        and (before.status, before.log_odds) == (after.status, after.log_odds)
+        and _equal(before.pose_pond, after.pose_pond)
+        and _equal(before.covariance, after.covariance)
+    )
+
+
+def _equal(a: Float | None, b: Float | None) -> bool:
+    return a is b if a is None or b is None else np.array_equal(a, b)
 
 
 def _differs(before: CorrectedPose | None, after: CorrectedPose, reach_m: float) -> bool:

@@ -28,6 +28,7 @@ LEAST_BELIEF = 0.05  # of a place, from which its looks count
 ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
 ROUGH_RAD = 0.01
+LOOSE_PX = 0.5  # one sigma of a fit, above which its pixels do not fix a pose
 SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
 TURN_RAD = 0.05  # between the headings that a fit is started from where one rod alone is seen well
 INDEPENDENT_PIXELS = 60  # of a rod: its residuals go together
@@ -123,7 +124,9 @@ class Placing:
         if best is not None:
             refined, result, alone = best
             inflation = MODEL_INFLATION * max(1.0, result.disagreement) * (1 + 2 / result.whole)
-            covariance = self._covariance(result.normal, inflation * result.variance, refined[2])
+            variance = inflation * result.variance
+            normal = result.normal + np.diag([0, 0, variance / noise.sigma_theta_rad**2])
+            covariance = self._covariance(normal, variance, refined[2])
             residual, fitted = float(np.sqrt(result.variance)), alone and result.absent < 0.6
         trust = trust if fitted else min(trust, UNFITTED_TRUST)
         rods, ratio = self._looks(e, refined)
@@ -132,8 +135,8 @@ class Placing:
     def _best_fit(
         self, e: Evidence, pose: Float, kinds: Int, profile: Profile, noise: NoiseModel
     ) -> tuple[Float, Fit, bool] | None:
-        """The likeliest fit, of one start where the rods found fix the heading, of several where not; and whether no
-        other that lies elsewhere is nearly as likely."""
+        """The likeliest fit, of one start where the rods found fix the heading, of several where not; and whether its
+        pixels fix its pose, and no other that lies elsewhere is nearly as likely."""
         about, m = centre_px(self._setting.camera), self._setting.camera.metres_per_pixel
         prior, found = e.snapshot.pose_pond, list[tuple[Float, Fit]]()
         several = starts(pose, prior, e.found, self._setting.camera, noise)
@@ -144,9 +147,8 @@ class Placing:
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
-            if np.hypot(*result.shift[:2]) < STRAY_PX and np.linalg.cond(result.normal) < 1e9:
-                at = self._moved(start, result.shift)
-                found.append((at, result))
+            if np.hypot(*result.shift[:2]) < STRAY_PX:
+                found.append((self._moved(start, result.shift), result))
         if not found:
             return None
         least = min(r.variance for _, r in found)
@@ -160,7 +162,8 @@ class Placing:
         best = int(np.argmin(cost))
         at, result = found[best]
         away = [np.hypot(*(other - at)[:2]) > RIVAL_PX * m for other, _ in found]
-        return at, result, not any(c < cost[best] + RIVAL_NATS for c, far in zip(cost, away, strict=True) if far)
+        alone = not any(c < cost[best] + RIVAL_NATS for c, far in zip(cost, away, strict=True) if far)
+        return at, result, alone and _sigma_px(result) < LOOSE_PX
 
     def _geometry(self, e: Evidence, poses: list[Float]) -> Float:
         """Nats against each of several poses, for rods missing or unexplained; nothing where there is one only."""
@@ -278,6 +281,11 @@ def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: N
     c, s, d = np.cos(turn), np.sin(turn), pose[:2] - pivot
     x, y = pivot[0] + c * d[0] - s * d[1], pivot[1] + s * d[0] + c * d[1]
     return list(np.stack([x, y, pose[2] + turn], axis=1))
+
+
+def _sigma_px(fitted: Fit) -> float:
+    """Of the image's centre, by the pixels alone: great where one round rod is all they show, and any turn fits."""
+    return float(np.sqrt(np.trace(fitted.variance * np.linalg.inv(fitted.normal)[:2, :2])))
 
 
 def _spread_evenly(index: Sequence[int], poses: Sequence[Float | None], most: int) -> dict[int, Float]:
