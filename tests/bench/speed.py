@@ -24,7 +24,7 @@ from pondwatch.core.values import Snapshot
 from .pages import number, table, write_page
 from .simulated import simulated_bundles
 
-SIZES = (221, 1000, 5000)
+SIZES = (221, 1000)
 ADDED = 20
 EXPLAINED = f"""\
 *Corrected whole* is `pondwatch correct` without starting Python: reading, decoding, correcting, assembling.
