@@ -86,14 +86,14 @@ def _number(value: float) -> str:
 def recipe_lines(found: Sequence[Found]) -> str:
     """How the rows were made: recipes, seeds, commits, seconds."""
     hows = sorted({f["how"].split(", seed")[0] for f in found if f["how"]})
-    commits = ", ".join(sorted({f["commit"] for f in found}))
+    commits = ", ".join(sorted({f["commit"].rstrip("+") for f in found}))
     seeds = ", ".join(sorted({str(f["seed"]) for f in found}))
     spent = [f"{NAMES[f['method']]} {f['seconds']:.2g} s" for f in found
              if f["method"] in ("ours", "lattice") and (f["noise"], f["split"]) == ("paper", "disjoint")]  # fmt: skip
     ious = sorted({f["iou_sets"] for f in found if f["method"] != "lattice"})
     lines = [
         "Networks: " + "; ".join(hows) + ".",
-        f"Data set seed {seeds}; commit {commits}. IoU over {', '.join(map(str, ious))} of a row's sets "
+        f"Data set seed {seeds}; at commits {commits}. IoU over {', '.join(map(str, ious))} of a row's sets "
         "(`lattice`: all of its).",
         "CPU time a set: " + ", ".join(spent) + ".",
     ]
