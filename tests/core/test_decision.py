@@ -1,0 +1,163 @@
+"""From evidence to a graph and from its solution to trust: against densities and odds worked out another way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from pondwatch.core import states
+from pondwatch.core.decision import Table, Vocabulary, assemble, chains, tabulate, tie_errors, trust, turns_of
+from pondwatch.core.evidence import gather
+from pondwatch.core.inference import Decision, Problem
+from pondwatch.core.noise import NoiseModel
+from pondwatch.core.values import SnapshotKey
+from pondwatch.simulator.spec import SimulationSpec
+from tests.core.ponds import hexagonal, inspected, setting_of, square
+
+
+@pytest.fixture(scope="module")
+def pond():
+    return inspected(SimulationSpec(snapshots=44), 4)
+
+
+@pytest.fixture(scope="module")
+def evidence(pond):
+    reach = NoiseModel.stated(pond.inspection.pose_noise, pond.setting.layout.pitch).reach(pond.setting.layout.pitch)
+    return [gather(s, reach, pond.setting) for s in pond.snapshots]
+
+
+@pytest.fixture(scope="module")
+def vocabulary(evidence):
+    return Vocabulary.learn(evidence)
+
+
+@pytest.mark.parametrize(
+    ("points", "turns"),
+    [
+        (hexagonal(6, 6, 0.03), 6),
+        (hexagonal(6, 6, 0.03, 0.4), 6),
+        (square(6, 6, 0.03, 0.2), 4),
+        (square(1, 6, 0.03), 2),
+        (np.concatenate([square(6, 6, 0.03), square(6, 6, 0.03, 0.35) + [0.5, 0]]), 4),
+        (np.array([[0, 0], [0.03, 0], [0.01, 0.033], [0.05, 0.03]]), 1),
+        (np.zeros((1, 2)), 1),
+    ],
+    ids=["hexagonal", "turned", "square", "row", "two racks", "irregular", "one rod"],
+)
+def test_a_layout_has_as_many_turns_as_map_its_neighbour_vectors_onto_themselves(points, turns):
+    assert turns_of(setting_of(points)) in (turns, 2 if turns == 1 else turns)
+
+
+def test_which_states_a_pond_uses_is_learned_from_its_looks(pond, vocabulary):
+    used = states.fills()[vocabulary.states]
+
+    assert vocabulary.palette.two_levels
+    assert vocabulary.prior.sum() == pytest.approx(1)
+    for fill in (0.0, 1.0):
+        true = np.average(pond.fills == fill, weights=pond.views().sum(axis=0))
+        assert vocabulary.prior[used == fill].sum() == pytest.approx(true, abs=0.15)
+    assert vocabulary.full_prior().sum() == pytest.approx(1)
+    assert len(vocabulary.full_prior()) == states.COUNT
+    assert (vocabulary.full_prior() > 0).all()
+
+
+def test_a_look_is_worth_its_likelihood_over_that_of_the_average_rod(evidence, vocabulary):
+    looks = vocabulary.looks(evidence[0], 0.3)
+
+    assert looks.shape == (len(evidence[0].sites_px), len(vocabulary.states))
+    np.testing.assert_allclose(looks @ vocabulary.prior, 1)
+
+
+def test_a_snapshots_factors_are_those_of_the_rods_its_places_show(pond, evidence, vocabulary):
+    noise = NoiseModel.stated(pond.inspection.pose_noise, pond.setting.layout.pitch)
+
+    for e in evidence[:8]:
+        table = tabulate(e, vocabulary, noise, pond.setting, 6)
+
+        assert len(table.prior) == len(e.places) + 1  # the last: at none of them
+        assert (table.prior[-1] < table.prior[:-1].max(initial=-np.inf)) or not len(e.places)
+        assert table.look.max(initial=-1) < len(table.values)
+        for h, rod in zip(table.hypothesis, table.rod, strict=True):
+            assert rod in e.places.rods[h][e.places.real[h] & (e.site[h] >= 0)]
+
+
+def test_tables_of_snapshots_become_one_graph_with_everything_shifted_to_its_place(vocabulary):
+    kinds = len(vocabulary.prior)
+
+    def table(places, rods):
+        return Table(np.arange(places + 1.0), np.arange(len(rods)), np.array(rods), np.arange(len(rods)),
+                     np.full((len(rods), kinds), float(places)))  # fmt: skip
+
+    problem = assemble([table(2, [5, 6]), table(1, [7])], vocabulary, 9)
+
+    assert problem.start.tolist() == [0, 3, 5]
+    assert problem.owner.tolist() == [0, 0, 0, 1, 1]
+    assert problem.log_prior.tolist() == [0, 1, 2, 0, 1]
+    assert problem.edge_hypothesis.tolist() == [0, 1, 3]
+    assert problem.edge_rod.tolist() == [5, 6, 7]
+    assert problem.look[problem.edge_look, 0].tolist() == [2, 2, 1]
+
+
+def test_snapshots_of_one_robot_and_boot_are_chained_by_sequence_however_they_arrived(evidence):
+    keys = [("b", 0, 7), ("a", 0, 2), ("a", 1, 0), ("a", 0, 1), ("b", 0, 3), ("a", 0, 9)]
+    arrived = [
+        replace(e, snapshot=replace(e.snapshot, key=SnapshotKey(*k))) for e, k in zip(evidence, keys, strict=False)
+    ]
+
+    first, second = chains(arrived)
+
+    assert set(zip(first.tolist(), second.tolist(), strict=True)) == {(3, 1), (1, 5), (4, 0)}
+
+
+def test_robots_whose_errors_are_fresh_are_not_tied(pond, evidence):
+    pair = np.array([0]), np.array([1])
+
+    assert tie_errors(evidence, NoiseModel(0.01, 0.1, correlation=0.0), pond.setting, *pair) == []
+
+
+def test_a_tie_is_the_density_of_an_error_given_the_one_before_over_its_density_alone(pond, evidence):
+    sigma, rho = 0.03, 0.9
+    noise = NoiseModel(sigma, 0.1, gross=1e-7, correlation=rho)
+
+    (tie,) = tie_errors(evidence, noise, pond.setting, np.array([0]), np.array([1]))
+
+    one, two = ((e.snapshot.pose_pond[:2] - e.places.poses[:, :2]) / sigma for e in evidence[:2])
+    joint = multivariate_normal(np.zeros(2), [[1, rho], [rho, 1]])
+    alone = multivariate_normal(0, 1)
+    compared = 0
+    for a, b in np.ndindex(len(one), len(two)):
+        expected = sum(
+            joint.logpdf([one[a, k], two[b, k]]) - alone.logpdf(one[a, k]) - alone.logpdf(two[b, k]) for k in (0, 1)
+        )
+        if expected > -8 and max(np.abs(one[a]).max(), np.abs(two[b]).max()) < 2.5:  # else it may be a gross error
+            assert tie.log_factor[a, b] == pytest.approx(expected, abs=0.05)
+            compared += 1
+    assert compared > 5
+    assert not tie.log_factor[-1].any()
+    assert not tie.log_factor[:, -1].any()
+
+
+def _decision(choice, belief, score):
+    return Decision(np.array(choice), np.array(belief), np.zeros((1, 2)), score)
+
+
+def _two_snapshots():
+    none = np.zeros(0, dtype=np.int64)
+    return Problem(np.array([0, 2, 4]), np.zeros(4), none, none, none, np.zeros((0, 2)), np.full(2, 0.5), 1)
+
+
+def test_trust_is_the_marginal_less_the_share_of_rival_assignments():
+    """The rival has a quarter of the best one's odds, and puts the second snapshot elsewhere: 0.9 times 1 / 1.25."""
+    best = _decision([0, 2], [0.95, 0.05, 0.9, 0.1], 0.0)
+    rival = _decision([0, 3], [0.95, 0.05, 0.1, 0.9], np.log(0.25))
+
+    np.testing.assert_allclose(trust(_two_snapshots(), [best, rival]), [0.95, 0.9 * (1 - 0.25 / 1.25)])
+
+
+def test_the_same_assignment_found_again_takes_no_trust_away():
+    best = _decision([0, 2], [0.95, 0.05, 0.9, 0.1], 0.0)
+
+    np.testing.assert_allclose(trust(_two_snapshots(), [best, best, best]), [0.95, 0.9])
