@@ -24,7 +24,7 @@ NOISE = NoiseModel(0.01, 0.1)
 
 @pytest.fixture(scope="module")
 def pond():
-    return inspected(SimulationSpec(snapshots=44), 4)
+    return inspected(SimulationSpec(snapshots=60), 4)
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_a_pose_that_lies_a_third_of_a_pitch_off_is_not_borne_out(pond, evidence
 
 
 def test_where_one_round_rod_is_all_that_is_seen_the_heading_stays_as_unsure_as_it_came(pond, evidence, kinds, profile):
-    views, near = pond.views(), pond.views(margin_px=-45)
+    views, near = pond.views(), pond.views(margin_px=-25)
     lone = [i for i in range(len(views)) if views[i].sum() == 1 and near[i].sum() == 1]
     placing = Placing(pond.setting)
 
