@@ -218,14 +218,8 @@ class Placing:
 
     def _looks(self, e: Evidence, pose: Float) -> tuple[Int, Float]:
         camera, band = self._setting.camera, self._setting.band
-        near = np.array(
-            sorted(
-                self._setting.layout.tree.query_ball_point(
-                    pose[:2], np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
-                )
-            ),
-            dtype=np.int64,
-        )
+        reach_m = np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
+        near = np.array(sorted(self._setting.layout.tree.query_ball_point(pose[:2], reach_m)), dtype=np.int64)
         centres = pond_to_image(self._setting.layout.centres[near], pose, camera)
         whole = wholly_in_view(centres, band.outer_px, camera.width_px, camera.height_px)
         codes = read_codes(e.snapshot.image, centres[whole], band.inner_px, band.outer_px, camera)
