@@ -75,6 +75,8 @@ def read_rods(
     readings = []
     for j in range(n):
         mine = order[start[j] : start[j + 1]]
+        likely = mine[looks.trust[mine] >= SEEN_ABOVE]
+        mine = likely if len(likely) else mine
         trust = float(seen[j]) * (1.0 if known else 0.7)
         if seen[j] < SEEN_ABOVE:
             readings.append(_unseen(ids[j]))

@@ -28,6 +28,8 @@ from .rodbook import Entry, RodBook
 from .values import CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
 
 GROWTH = 1.4  # snapshots, over those in the last joint decision, that call for another
+GROWTH_IN_DOUBT = 1.1  # the same, where many of the new ones are in doubt, as where robots enter new floor
+DOUBTFUL, DOUBTFUL_SHARE = 8, 0.08  # new snapshots in doubt: at least so many, and this share of those decided
 AT_ONCE = 40  # snapshots, up to which `add` decides all together itself
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
 PLACED_ABOVE = 0.99  # probability
@@ -66,7 +68,7 @@ class LatticeCorrector:
         self._book = RodBook(self._setting.layout.ids)
         self._tally = Tally()
         self._joint: Joint | None = None
-        self._decided = 0
+        self._decided, self._doubtful = 0, 0
         self._log_state = np.zeros((0, 0))
         self._kinds = np.zeros(0, dtype=np.int64)
         self._profile: Profile | None = None
@@ -89,7 +91,10 @@ class LatticeCorrector:
 
     def due(self) -> bool:
         """Whether all should be decided together again."""
-        return len(self._evidence) >= max(self._decided + 1, GROWTH * self._decided)
+        held, enough = len(self._evidence), GROWTH
+        if self._doubtful >= max(DOUBTFUL, DOUBTFUL_SHARE * self._decided):
+            enough = GROWTH_IN_DOUBT
+        return held >= max(self._decided + 1, enough * self._decided)
 
     def deliberate(self) -> Deliberation:
         """Decide all together that are held now. Changes nothing; may run in another thread, beside `add`."""
@@ -100,7 +105,7 @@ class LatticeCorrector:
         known = {e.snapshot.key for e in d.evidence}
         later = [e for k, e in self._evidence.items() if k not in known]
         self._evidence.update({e.snapshot.key: e for e in d.evidence})
-        self._joint, self._decided = d.joint, len(d.evidence)
+        self._joint, self._decided, self._doubtful = d.joint, len(d.evidence), 0
         self._profile, self._taught, self._kinds, self._typical = d.profile, d.taught, d.kinds.copy(), d.typical
         self._log_state = np.log(np.maximum(d.joint.decision.states, 1e-30))
         words = d.joint.vocabulary
@@ -184,6 +189,7 @@ class LatticeCorrector:
         if pose is not None and trust > PLACED_ABOVE:
             rows = table.hypothesis == best
             self._learn(table.rod[rows], table.values[table.look[rows]], joint)
+        self._doubtful += trust <= PLACED_ABOVE
         placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True)
         return self._with_others(placed, weight / weight.sum(), best)
 
