@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
@@ -98,6 +99,7 @@ def demo(
         command = [sys.executable, "-c", "from pondwatch.cli import main; main()", *arguments]
         robots.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
 
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that the robots end with the server
     try:
         run(_settings(data, host, port), begin)
     finally:

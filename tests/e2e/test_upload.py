@@ -164,3 +164,19 @@ def test_a_demo_grows_and_goes_on_after_a_restart_as_the_same_inspection(tmp_pat
         first = grown(url, 5)
     with running(*demo) as url:
         assert first == grown(url, 30) == ["Demo inspection 1"]
+
+
+def test_a_demo_that_is_told_to_stop_leaves_no_robots_behind(tmp_path):
+    with running("demo", "--data", tmp_path, "--port", 0, "--snapshots", 400, "--rate", 5) as url:
+        until = time.monotonic() + 40
+        while not get(url, "").json()["sessions"] and time.monotonic() < until:
+            time.sleep(0.1)
+        while url not in processes() and time.monotonic() < until:  # the robots' own command names the address
+            time.sleep(0.1)
+        assert url in processes()
+
+    assert url not in processes()
+
+
+def processes():
+    return subprocess.run(["ps", "-eww", "-o", "args"], capture_output=True, text=True, check=True).stdout
