@@ -6,7 +6,7 @@ declare interface Pond { width_m: number; height_m: number; rods?: RodLayout[]; 
 declare interface Counts { snapshots: number; placed: number; uncertain: number; rejected: number; [name: string]: number; }
 declare interface SessionFacts {
   id: string; name: string; state: string; revision: number; created_at?: string; camera?: Camera; pond?: Pond;
-  counts?: Partial<Counts>; coverage?: number | null; quality?: { sentence?: string; [name: string]: unknown } | null;
+  rods?: number; counts?: Partial<Counts>; coverage?: number | null; quality?: { sentence?: string; [name: string]: unknown } | null;
   pose_noise?: { sigma_xy_m: number; sigma_theta_rad: number } | null;
 }
 declare interface PoseRow {
@@ -16,8 +16,18 @@ declare interface PoseRow {
 }
 declare interface RodRow {
   rod_id: string; state: 'empty' | 'partial' | 'full' | 'unseen'; fill: number | null; confidence: number; views: number;
-  conflicting?: boolean;
+  conflicting?: boolean; by_hand?: Judgement | null;
 }
+declare interface MachineReading { state: string; fill: number | null; confidence: number; }
+declare interface Judgement {
+  state: 'empty' | 'partial' | 'full' | null; fill: number | null; reason: string; by: string; at: string; machine: MachineReading;
+}
+declare interface PastReading { at: string; revision: number; state: RodRow['state']; fill: number | null; confidence: number; views: number; conflicting: boolean; }
+declare interface Note {
+  id: number; text: string; by: string; at: string; rod_id: string | null; x_m: number | null; y_m: number | null;
+  moment: string | null; closed_at: string | null; closed_by: string | null;
+}
+declare interface RodStory { history: PastReading[]; by_hand: Judgement[]; notes: Note[]; }
 declare interface PlanePose { x_m: number; y_m: number; theta_rad: number; }
 declare interface Evidence {
   robot: string; boot: number; sequence: number; captured_at: string; raw: PlanePose; corrected: PlanePose | null;

@@ -14,7 +14,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from . import __version__
-from .api import compare, corrections, health, jobs, problems, results, sessions, snapshots
+from .api import compare, corrections, health, jobs, people, problems, results, sessions, snapshots
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
 from .api.services import Services
@@ -63,7 +63,7 @@ class Live:
             Patch("mosaic", p.rect.x, p.rect.y, p.rect.width, p.rect.height, p.revision, "image/png", p.content)
             for p in news.pictures
         ]
-        return Changes(news.session, news.revision, news.full, news.poses, news.rods, patches, news.jobs)
+        return Changes(news.session, news.revision, news.full, news.poses, news.rods, patches, news.jobs, news.notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for module in (sessions, snapshots, results, corrections, jobs, compare, health):
+    for module in (sessions, snapshots, results, people, corrections, jobs, compare, health):
         app.include_router(module.router)
     app.include_router(live_router(hub, settings.allowed_origins))
     app.mount("/", FrontEnd(frontend_dir()), name="front end")

@@ -1,6 +1,8 @@
 // @ts-check
 /** The server's REST calls that the page makes. Every failure is a `Problem` with a sentence for a person. */
 
+const MOST_OTHERS = 12;
+
 export class Problem extends Error {
   /** @param {string} message @param {number} status 0 where no answer came */
   constructor(message, status) {
@@ -22,7 +24,48 @@ export function getSession(id) {
 
 /** @param {string} session @param {string} rod @returns {Promise<RodFacts>} */
 export function getRod(session, rod) {
-  return get(`/api/sessions/${encodeURIComponent(session)}/rods/${encodeURIComponent(rod)}`);
+  return get(rodPath(session, rod));
+}
+
+/** Its readings in this inspection, what people said of it, and notes on it. @param {string} session @param {string} rod @returns {Promise<RodStory>} */
+export function getRodRecord(session, rod) {
+  return get(`${rodPath(session, rod)}/history`);
+}
+
+/**
+ * The same rod in other inspections of a pond of the same size and number of rods, the newest first.
+ * @param {SessionFacts} facts @param {string} rod @returns {Promise<{session: SessionFacts, reading: RodRow}[]>}
+ */
+export async function getOtherReadings(facts, rod) {
+  const here = facts.pond;
+  const alike = (await listSessions()).filter(({ id, pond, rods }) => id !== facts.id && pond?.width_m === here?.width_m
+    && pond?.height_m === here?.height_m && rods === here?.rods?.length).slice(0, MOST_OTHERS);
+  const found = await Promise.all(alike.map(async (session) => {
+    const reading = await getRod(session.id, rod).catch((error) => { if (error.status === 404) return null; throw error; });
+    return reading ? [{ session, reading }] : [];
+  }));
+  return found.flat();
+}
+
+/** Say what a rod is; `state` null takes that back. @param {string} session @param {string} rod
+ * @param {{state: string | null, fill?: number, reason: string, by: string}} said @returns {Promise<Judgement>} */
+export function judgeRod(session, rod, said) {
+  return post(`${rodPath(session, rod)}/judgement`, said);
+}
+
+/** @param {string} session @param {{text: string, by: string, rod_id?: string, x_m?: number, y_m?: number, moment?: string}} said @returns {Promise<Note>} */
+export function writeNote(session, said) {
+  return post(`/api/sessions/${encodeURIComponent(session)}/notes`, said);
+}
+
+/** @param {string} session @param {number} note @param {string} by @returns {Promise<Note>} */
+export function closeNote(session, note, by) {
+  return post(`/api/sessions/${encodeURIComponent(session)}/notes/${note}/close`, { by });
+}
+
+/** @param {string} session @param {string} rod */
+function rodPath(session, rod) {
+  return `/api/sessions/${encodeURIComponent(session)}/rods/${encodeURIComponent(rod)}`;
 }
 
 /** @param {string} session @param {{robot: string, boot: number, sequence: number}} key */
@@ -40,10 +83,21 @@ export function openFeed(session, since) {
 }
 
 /** @param {string} path @returns {Promise<any>} */
-async function get(path) {
+function get(path) {
+  return ask(path, { headers: { accept: 'application/json' } });
+}
+
+/** @param {string} path @param {object} body @returns {Promise<any>} */
+function post(path, body) {
+  const headers = { accept: 'application/json', 'content-type': 'application/json' };
+  return ask(path, { method: 'POST', headers, body: JSON.stringify(body) });
+}
+
+/** @param {string} path @param {RequestInit} init @returns {Promise<any>} */
+async function ask(path, init) {
   let answer;
   try {
-    answer = await fetch(path, { headers: { accept: 'application/json' }, signal: AbortSignal.timeout(10_000) });
+    answer = await fetch(path, { ...init, signal: AbortSignal.timeout(10_000) });
   } catch {
     throw new Problem('The server does not answer.', 0);
   }

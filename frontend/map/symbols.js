@@ -3,7 +3,7 @@
  * Rods as small pictures: shape and letter say the verdict, colour only helps. Each is drawn once a size and kept.
  */
 
-import { labelOf, verdictOf } from '../state/rods.js';
+import { fillOf, labelOf, verdictOf } from '../state/rods.js';
 
 const LETTER_FROM_PX = 7;
 const SHARE_FROM_PX = 10;
@@ -33,7 +33,7 @@ export class Symbols {
   /** @param {RodRow} rod @param {number} size */
   #find(rod, size) {
     const label = size < SHARE_FROM_PX ? labelOf(rod).charAt(0) : labelOf(rod);
-    const key = `${verdictOf(rod)} ${label} ${size}`;
+    const key = `${verdictOf(rod)} ${label} ${size} ${rod.by_hand ? 'by hand' : ''}`;
     let picture = this.#kept.get(key);
     if (!picture) {
       if (this.#kept.size > 2000) this.#kept.clear();
@@ -52,8 +52,9 @@ function drawSymbol(rod, label, r, palette) {
   context.translate(r + 3, r + 3);
   context.lineWidth = Math.max(1.25, r / 9);
   const verdict = verdictOf(rod);
-  SHAPES[verdict](context, r, palette, rod.fill ?? 0);
+  SHAPES[verdict](context, r, palette, fillOf(rod) ?? 0);
   if (r >= LETTER_FROM_PX) write(context, label, r, palette[INKS[verdict]]);
+  if (rod.by_hand) underline(context, r, palette);
   return canvas;
 }
 
@@ -99,6 +100,14 @@ const SHAPES = {
     paint(context, palette.conflicting, palette.paper);
   },
 };
+
+/** A bar below: a person said so. @param {CanvasRenderingContext2D} context @param {number} r @param {Palette} palette */
+function underline(context, r, palette) {
+  context.fillStyle = palette.paper;
+  context.fillRect(-r, r - 3, 2 * r, 6);
+  context.fillStyle = palette.ink;
+  context.fillRect(-r + 1, r - 1, 2 * r - 2, 3);
+}
 
 /** @param {CanvasRenderingContext2D} context @param {number} r */
 function disc(context, r) {

@@ -14,6 +14,7 @@ export class Inspection extends EventTarget {
   /** @type {Map<string, PoseRow>} */ poses = new Map();
   /** @type {Map<string, RobotFacts>} */ robots = new Map();
   /** @type {Map<string, {[field: string]: any}>} */ jobs = new Map();
+  /** @type {Map<number, Note>} */ notes = new Map();
   /** Epoch ms, the page's clock: when data (not a beat) last came, and when a revision was last complete. */
   dataAt = 0;
   /** Server's clock less the page's, ms. */
@@ -64,6 +65,7 @@ export class Inspection extends EventTarget {
       case 'hello': this.#hello(message); break;
       case 'poses': this.#poses(message.poses); break;
       case 'rods': for (const rod of message.rods) this.rods.set(rod.rod_id, rod); break;
+      case 'notes': for (const note of message.notes) this.notes.set(note.id, note); break;
       case 'job': this.jobs.set(message.id ?? message.kind, message); break;
       case 'session': this.#complete(message, nowMs); break;
       case 'beat': this.clockSkewMs = Date.parse(message.at) - nowMs; break;
@@ -79,6 +81,7 @@ export class Inspection extends EventTarget {
     this.rods.clear();
     this.poses.clear();
     this.robots.clear();
+    this.notes.clear();
     this.span = null;
     this.revision = null;
   }

@@ -14,8 +14,18 @@ export const VERDICTS = [
 
 const BY_VERDICT = new Map(VERDICTS.map((entry) => [entry.verdict, entry]));
 
-/** @param {RodRow} rod @returns {Verdict} */
+/** What holds of a rod: a person's word, where there is one, before the machine's. @param {RodRow} rod @returns {Verdict} */
 export function verdictOf(rod) {
+  return rod.by_hand?.state ?? machineVerdictOf(rod);
+}
+
+/** The share filled that goes with the verdict. @param {RodRow} rod */
+export function fillOf(rod) {
+  return rod.by_hand?.state ? rod.by_hand.fill : rod.fill;
+}
+
+/** What the machine reads. @param {RodRow} rod @returns {Verdict} */
+export function machineVerdictOf(rod) {
   if (rod.views === 0 || rod.state === 'unseen') return 'unseen';
   return rod.conflicting ? 'conflicting' : rod.state;
 }
@@ -24,7 +34,8 @@ export function verdictOf(rod) {
 export function labelOf(rod) {
   const verdict = verdictOf(rod);
   const letter = BY_VERDICT.get(verdict)?.letter ?? '?';
-  return verdict === 'partial' && rod.fill !== null ? `${letter}${Math.round(rod.fill * 100)}` : letter;
+  const fill = fillOf(rod);
+  return verdict === 'partial' && fill !== null ? `${letter}${Math.round(fill * 100)}` : letter;
 }
 
 /** @param {Verdict} verdict */

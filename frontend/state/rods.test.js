@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { labelOf, rodAt, tally, verdictOf } from './rods.js';
+import { labelOf, machineVerdictOf, rodAt, tally, verdictOf } from './rods.js';
 
 const rod = (state, more = {}) => ({ rod_id: 'R', state, fill: null, confidence: 1, views: 3, ...more });
 
@@ -11,6 +11,12 @@ test('a rod that no snapshot shows is never read as anything, whatever else is s
 
 test('looks that disagree are told before the state', () => {
   assert.equal(verdictOf(rod('full', { conflicting: true })), 'conflicting');
+});
+
+test('a person\'s word holds before the machine\'s, and both are told', () => {
+  const judged = rod('empty', { fill: 0, conflicting: true, by_hand: { state: 'partial', fill: 0.4 } });
+  assert.deepEqual([verdictOf(judged), machineVerdictOf(judged), labelOf(judged)], ['partial', 'conflicting', 'P40']);
+  assert.equal(verdictOf(rod('unseen', { views: 0, by_hand: { state: 'full', fill: 1 } })), 'full');
 });
 
 test('the letter says the state, with the share where partly filled', () => {

@@ -56,7 +56,7 @@ export class Live {
     this.#column.append(this.time.bar.element);
     this.#rodWanted = rod;
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
-    this.rodPanel = new RodPanel(facts.id);
+    this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
     const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.#attention.element, this.#summary.element, this.#health.element);
     this.#actions = this.#makeActions();

@@ -4,8 +4,9 @@
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
 import { Symbols } from '../map/symbols.js';
 import * as format from '../state/format.js';
-import { verdictOf, wordOf } from '../state/rods.js';
+import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
 import { h } from './dom.js';
+import { RodRecord } from './rodrecord.js';
 import { rodPalette } from './theme.js';
 
 const MOST_SHOWN = 24;
@@ -15,13 +16,16 @@ export class RodPanel extends EventTarget {
   #asked = 0;
   /** @type {string | null} */ #rodId = null;
   /** @type {Evidence | null} */ #chosen = null;
-  #reading = h('div');
+  #reading = h('div', { id: 'rod-reading' });
   #evidence = h('section');
 
-  /** @param {string} session */
-  constructor(session) {
+  #record;
+
+  /** @param {() => SessionFacts} facts of the inspection */
+  constructor(facts) {
     super();
-    this.#session = session;
+    this.#session = facts().id;
+    this.#record = new RodRecord(facts);
     this.element = h('section', { id: 'rod-panel', 'aria-label': 'Rod', hidden: true });
   }
 
@@ -35,10 +39,10 @@ export class RodPanel extends EventTarget {
     this.#chosen = null;
     const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => this.close() });
     this.#evidence.replaceChildren(h('p', { class: 'quiet', text: 'Loading the snapshots…' }));
-    this.element.replaceChildren(h('div', { class: 'panel-head' }, h('h2', { text: `Rod ${rod.rod_id}` }), close), this.#reading, this.#evidence);
+    this.element.replaceChildren(h('div', { class: 'panel-head' }, h('h2', { text: `Rod ${rod.rod_id}` }), close), this.#reading, this.#evidence, this.#record.element);
     this.element.hidden = false;
     this.show(rod, layout);
-    await this.#load(rod.rod_id);
+    await Promise.all([this.#load(rod.rod_id), this.#record.open(rod.rod_id)]);
   }
 
   close() {
@@ -50,15 +54,19 @@ export class RodPanel extends EventTarget {
   /** The reading as it stands. @param {RodRow} rod @param {RodLayout} layout */
   show(rod, layout) {
     const verdict = verdictOf(rod);
-    const fill = rod.fill === null ? '' : ` ${format.percent(rod.fill)}`;
-    const word = `${wordOf(verdict)}${verdict === 'partial' ? fill : ''}`;
+    const share = fillOf(rod);
+    const fill = share === null ? '' : ` ${format.percent(share)}`;
+    const word = `${wordOf(verdict)}${verdict === 'partial' ? fill : ''}${rod.by_hand ? ' · by hand' : ''}`;
+    const machine = machineVerdictOf(rod);
     const rows = {
-      Fill: format.percent(rod.fill, 1), Confidence: verdict === 'unseen' ? format.NONE : format.percent(rod.confidence, 1),
+      ...(rod.by_hand ? { 'By hand': `${rod.by_hand.by}: ${rod.by_hand.reason}`, 'Machine reads': wordOf(machine) } : {}),
+      Fill: format.percent(rod.fill, 1), Confidence: machine === 'unseen' ? format.NONE : format.percent(rod.confidence, 1),
       Looks: format.count(rod.views), Place: format.place(layout.x_m, layout.y_m),
     };
     this.#reading.replaceChildren(
       h('p', { class: 'verdict', id: 'rod-verdict' }, new Symbols(rodPalette()).of(rod, 15), h('span', { text: word })),
       facts(rows));
+    this.#record.update(rod);
   }
 
   /** @param {string} rodId */

@@ -43,6 +43,8 @@ class FakeServer:
         self.source, self.movie, self.timing = source, movie, timing or Timing()
         self.bus = LocalBus()
         self.listening = True
+        self.said: dict[str, list[dict[str, Any]]] = {}
+        self.notes: list[dict[str, Any]] = []
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
 
@@ -109,6 +111,25 @@ def make_app(server: FakeServer) -> FastAPI:
         poses = [_evidence(pose) for pose in source.changes("s1", None).poses if _shows(server, rod, pose)]
         return {"rod_id": rod, "method": "lattice", "views": len(poses), "snapshots": poses}
 
+    @app.get("/api/sessions/s1/rods/{rod}/history")
+    def history(rod: str) -> Any:
+        row = _rod_row(server, rod)
+        past = [{**row, "at": now()}] if row["views"] else []
+        return {"rod_id": rod, "history": past, "by_hand": server.said.get(rod, []), "notes": server.notes}
+
+    @app.post("/api/sessions/s1/rods/{rod}/judgement", status_code=201)
+    def judge(rod: str, said: dict[str, Any]) -> Any:
+        row = _rod_row(server, rod)
+        judgement = {"fill": None, **said, "at": now(), "machine": row}
+        server.said.setdefault(rod, []).append(judgement)
+        server.bus.publish("s1", source.step(rods=[{**row, "by_hand": judgement if said["state"] else None}]))
+        return judgement
+
+    @app.post("/api/sessions/s1/notes", status_code=201)
+    def note(said: dict[str, Any]) -> Any:
+        server.notes.append({"closed_by": None, **said, "at": now()})
+        return server.notes[-1]
+
     @app.get("/api/sessions/s1/snapshots/{robot}/{boot}/{sequence}/image")
     def image(robot: str, boot: int, sequence: int) -> Response:
         assert server.movie
@@ -124,6 +145,12 @@ def make_app(server: FakeServer) -> FastAPI:
         return FileResponse(file, headers=headers) if file.is_file() else Response(status_code=404)
 
     return app
+
+
+def _rod_row(server: FakeServer, rod_id: str) -> dict[str, Any]:
+    rows = server.source.changes("s1", None).rods
+    unread = {"rod_id": rod_id, "state": "unseen", "fill": None, "confidence": 0.0, "views": 0, "conflicting": False}
+    return next((row for row in rows if row["rod_id"] == rod_id), unread)
 
 
 def _shows(server: FakeServer, rod_id: str, pose: dict[str, Any]) -> bool:

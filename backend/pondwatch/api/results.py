@@ -15,7 +15,7 @@ from pondwatch.core.errors import Missing
 from pondwatch.core.values import CorrectedPose, Pond, SnapshotKey, Status
 from pondwatch.jobs import exports, tiles, views
 from pondwatch.jobs.views import Json
-from pondwatch.store import corrections, revisions, sessions
+from pondwatch.store import corrections, judgements, revisions, sessions
 from pondwatch.store.corrections import Correction
 from pondwatch.store.sessions import Session
 
@@ -76,8 +76,10 @@ def _rods(
     rows: Sequence[RowMapping | Json] = (
         revisions.rod_rows(connection, session_id) if other is None else corrections.rod_rows(connection, other)
     )
-    read = {row["rod_id"]: views.rod(row) for row in rows}
-    return session, other, [read.get(r.id) or views.unseen(r.id) for r in session.inspection.pond.rods]
+    judged = judgements.newest(connection, session_id)
+    read = {row["rod_id"]: row for row in rows}
+    layout = session.inspection.pond.rods
+    return session, other, [views.rod(read.get(r.id) or views.unseen(r.id), judged.get(r.id)) for r in layout]
 
 
 @router.get("/rods", summary="Rod readings")

@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import json
 from datetime import UTC, datetime
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, FiniteFloat, StringConstraints, TypeAdapter
+from pydantic import (
+    AwareDatetime,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    StringConstraints,
+    TypeAdapter,
+    model_validator,
+)
 from pydantic import ValidationError as Fault
 
 from pondwatch.core.errors import InvalidPose, PondwatchError
 from pondwatch.core.values import SnapshotKey
 from pondwatch.jobs.ingest import Upload
+from pondwatch.store.judgements import NewJudgement
+from pondwatch.store.notes import NewNote
 
 from .problems import InvalidRequest, invalid_request
 
@@ -58,6 +69,66 @@ class CorrectionIn(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     method: Name
+
+
+Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
+_SURE = {"empty": 0.0, "full": 1.0}
+
+
+class JudgementIn(BaseModel):
+    """What a person says of a rod. state: None takes earlier words back. fill: only of a partly filled rod."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    state: Literal["empty", "partial", "full"] | None
+    fill: Annotated[FiniteFloat, Field(ge=0.05, le=0.95)] | None = None
+    reason: Words
+    by: Name
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        if (self.fill is not None) != (self.state == "partial"):
+            raise ValueError("fill, from 0.05 to 0.95, is told of a partly filled rod and of no other")
+        return self
+
+    def judgement(self, rod_id: str) -> NewJudgement:
+        """As it is stored."""
+        fill = self.fill if self.state is None else _SURE.get(self.state, self.fill)
+        return NewJudgement(rod_id, self.state, fill, self.reason, self.by)
+
+
+class NoteIn(BaseModel):
+    """A note of a rod, a place (both of x_m, y_m; pond frame), a moment, or the whole inspection."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    text: Words
+    by: Name
+    rod_id: Annotated[str, StringConstraints(min_length=1, max_length=200)] | None = None
+    x_m: Metres | None = None
+    y_m: Metres | None = None
+    moment: (
+        Annotated[AwareDatetime, Field(ge=datetime(1970, 1, 1, tzinfo=UTC), lt=datetime(2200, 1, 1, tzinfo=UTC))] | None
+    ) = None
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if (self.x_m is None) != (self.y_m is None):
+            raise ValueError("a place has both x_m and y_m")
+        return self
+
+    def note(self) -> NewNote:
+        """As it is stored."""
+        moment = None if self.moment is None else _ms(self.moment)
+        return NewNote(self.text, self.by, self.rod_id, self.x_m, self.y_m, moment)
+
+
+class CloseIn(BaseModel):
+    """Who has dealt with a note."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    by: Name
 
 
 _ITEMS = TypeAdapter(list[Any])

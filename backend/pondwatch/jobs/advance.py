@@ -86,6 +86,7 @@ def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outc
         session.id,
         session.revision,
         through,
+        now_ms,
         poses=[*(pose_row(m) for m in outcome.poses), *silent],
         rods=outcome.rods,
         tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],
@@ -122,6 +123,7 @@ def pass_over(store: Store, session_id: str, now_ms: int, fault: str) -> Step | 
         session_id,
         session.revision,
         fresh[0].id,
+        now_ms,
         poses=[PoseRow(fresh[0].id, Status.REJECTED, None, fault=fault[:500])],
     )
 

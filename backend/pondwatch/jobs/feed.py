@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import Connection, RowMapping
 
 from pondwatch.core.values import Rect
-from pondwatch.store import jobs, revisions, sessions
+from pondwatch.store import jobs, judgements, notes, revisions, sessions
 from pondwatch.store.store import Store
 
 from . import views
@@ -39,6 +39,7 @@ class News:
     rods: list[dict[str, Any]]
     pictures: list[Picture]
     jobs: list[dict[str, Any]]
+    notes: list[dict[str, Any]]
 
 
 class Feed:
@@ -88,9 +89,10 @@ class Feed:
             session.revision,
             full,
             [views.pose(row) for row in revisions.pose_rows(connection, session_id, after)],
-            [views.rod(row) for row in revisions.rod_rows(connection, session_id, after)],
+            _rods(connection, session_id, after),
             patches,
             [views.job(row) for row in jobs.rows(connection, session_id)],
+            [views.note(row) for row in notes.of(connection, session_id, after)],
         )
 
     def _remembered(self, session_id: str, since: int, until: int) -> list[Picture] | None:
@@ -100,6 +102,18 @@ class Feed:
         if len(kept) != until - since:
             return None
         return [Picture(patch.rect, revision, patch.content) for revision, patches in kept for patch in patches]
+
+
+def _rods(connection: Connection, session_id: str, after: int) -> list[dict[str, Any]]:
+    """Readings that changed after a revision, and those that people judged at it or later: what people say makes no
+    revision of its own, so it is told again until the next one."""
+    judged = judgements.newest(connection, session_id)
+    changed = {row["rod_id"]: row for row in revisions.rod_rows(connection, session_id, after)}
+    fresh = {rod_id for rod_id, row in judged.items() if row["revision"] >= after} - changed.keys()
+    if fresh:
+        changed |= {r["rod_id"]: r for r in revisions.rod_rows(connection, session_id) if r["rod_id"] in fresh}
+    unread = [views.rod(views.unseen(rod_id), judged[rod_id]) for rod_id in sorted(fresh - changed.keys())]
+    return [views.rod(row, judged.get(rod_id)) for rod_id, row in changed.items()] + unread
 
 
 def _tile(row: RowMapping, size_px: tuple[int, int]) -> Picture:

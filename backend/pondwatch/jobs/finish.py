@@ -45,6 +45,7 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
         session_id,
         session.revision,
         session.covered_through,
+        now_ms,
         poses=[pose_row(m) for m in outcome.poses],
         rods=outcome.rods,
         tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],

@@ -100,10 +100,31 @@ def evidence(pose: Json) -> Json:
     return {name: pose[name] for name in names} | places
 
 
-def rod(row: RowMapping | Json) -> Json:
-    """A rod's reading."""
+def rod(row: RowMapping | Json, judged: RowMapping | None = None) -> Json:
+    """A rod's reading, and what a person says of it in `by_hand`: None where nobody does, or took it back."""
     names = ("rod_id", "state", "fill", "confidence", "views", "conflicting", "revision")
-    return {name: row[name] for name in names}
+    by_hand = None if judged is None or judged["state"] is None else judgement(judged)
+    return {name: row[name] for name in names} | {"by_hand": by_hand}
+
+
+def judgement(row: RowMapping) -> Json:
+    """What a person said of a rod, beside what the machine read then."""
+    machine = {name: row[f"machine_{name}"] for name in ("state", "fill", "confidence")}
+    told = {name: row[name] for name in ("state", "fill", "reason")}
+    return {**told, "by": row["author"], "at": rfc3339(row["at_ms"]), "machine": machine}
+
+
+def past_reading(row: RowMapping) -> Json:
+    """What a rod read as from a moment on."""
+    names = ("revision", "state", "fill", "confidence", "views", "conflicting")
+    return {"at": rfc3339(row["at_ms"]), **{name: row[name] for name in names}}
+
+
+def note(row: RowMapping) -> Json:
+    """A note."""
+    times = {"at": row["at_ms"], "moment": row["moment_ms"], "closed_at": row["closed_ms"]}
+    told = {name: row[name] for name in ("id", "text", "rod_id", "x_m", "y_m", "closed_by")}
+    return {**told, "by": row["author"], **{name: rfc3339(ms) for name, ms in times.items()}}
 
 
 def unseen(rod_id: str) -> Json:
@@ -116,6 +137,7 @@ def unseen(rod_id: str) -> Json:
         "views": 0,
         "conflicting": False,
         "revision": 0,
+        "by_hand": None,
     }
 
 

@@ -2,9 +2,9 @@
 
 One delivery takes a client from the revision that it holds to a newer one. In it come, in this order and each only
 where there is something to say: `hello` (at the start, and where the state that follows replaces everything),
-patches, `rods`, `poses`, `job`s, and last `session`. Every value is the newest of its key, so that a delivery may
-overlap an earlier one. A client holds revision R once the `session` frame with R arrived, and not before: cut off
-in between, it reconnects with the revision before.
+patches, `rods`, `poses`, `notes`, `job`s, and last `session`. Every value is the newest of its key, so that a
+delivery may overlap an earlier one. A client holds revision R once the `session` frame with R arrived, and not
+before: cut off in between, it reconnects with the revision before.
 """
 
 from __future__ import annotations
@@ -56,6 +56,8 @@ def delivery(changes: Changes) -> Delivery:
         frames.append(_text("rods", {"revision": changes.revision, "rods": changes.rods}))
     if changes.poses:
         frames.append(_text("poses", {"revision": changes.revision, "poses": changes.poses}))
+    if changes.notes:
+        frames.append(_text("notes", {"notes": changes.notes}))
     frames += [_text("job", {**job, "revision": changes.revision}) for job in changes.jobs]
     status = _text("session", {**changes.session, "revision": changes.revision})
     return Delivery(changes.revision, changes.full, tuple(frames), status)

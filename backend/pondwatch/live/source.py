@@ -5,7 +5,7 @@ Every method blocks and is called in threads, several at a time.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 
@@ -39,6 +39,7 @@ class Changes:
     session: the fields of `GET /api/sessions/{id}`. revision: the newest, which all of this belongs to.
     full: this is the whole state, and replaces what a client holds. poses, rods, jobs: rows as in formats.md; a
     pose that was withdrawn comes with status `rejected`, a rod that no snapshot covers any more as `unseen`.
+    notes: those that changed.
     """
 
     session: dict[str, Any]
@@ -48,6 +49,7 @@ class Changes:
     rods: list[dict[str, Any]]
     patches: list[Patch]
     jobs: list[dict[str, Any]]
+    notes: list[dict[str, Any]] = field(default_factory=list)
 
 
 class Source(Protocol):

@@ -11,7 +11,8 @@ from sqlalchemy import Connection, delete, insert, select, update
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import RodReading
 
-from .revisions import PoseRow, pose_values, rod_values, with_what_came_in
+from .history import rod_values
+from .revisions import PoseRow, pose_values, with_what_came_in
 from .tables import correction_poses, correction_rods, corrections
 
 

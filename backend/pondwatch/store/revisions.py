@@ -12,6 +12,8 @@ from sqlalchemy.dialects import postgresql, sqlite
 from pondwatch.core.errors import Conflict
 from pondwatch.core.values import RodReading
 
+from . import history
+from .history import rod_values
 from .sessions import State
 from .tables import poses, rod_readings, rods, sessions, snapshots, tiles
 
@@ -46,6 +48,7 @@ class NewRevision:
     session_id: str
     base: int
     covered_through: int
+    at_ms: int
     poses: Sequence[PoseRow] = ()
     rods: Sequence[RodReading] = ()
     tiles: Sequence[TileRow] = ()
@@ -75,6 +78,7 @@ def write(connection: Connection, new: NewRevision) -> int:
         raise Conflict("Another revision came between.", session=new.session_id)
     of_revision = {"session_id": new.session_id, "revision": revision}
     _upsert(connection, poses, [pose_values(p) | of_revision for p in new.poses])
+    history.keep(connection, new.session_id, revision, new.at_ms, new.rods)
     _upsert(connection, rod_readings, [rod_values(r) | of_revision for r in new.rods])
     _upsert(
         connection,
@@ -107,18 +111,6 @@ def pose_values(p: PoseRow) -> dict[str, Any]:
         "sigma_theta_rad": p.sigma_theta_rad,
         "log_odds": p.log_odds,
         "fault": p.fault,
-    }
-
-
-def rod_values(r: RodReading) -> dict[str, Any]:
-    """A reading by the names of its columns."""
-    return {
-        "rod_id": r.rod_id,
-        "state": r.state.value,
-        "fill": r.fill,
-        "confidence": r.confidence,
-        "views": r.views,
-        "conflicting": r.conflicting,
     }
 
 

@@ -2,7 +2,8 @@
 
 Evidence (`sessions`, `rods`, `snapshots`) is written once and never changed but for a session's state; what is derived
 (`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt. So can `corrections`
-by further methods, whose results stand beside the session's own.
+by further methods, whose results stand beside the session's own. `rod_history` keeps what rods read as before. What
+people said (`judgements`, `notes`) is only ever added to.
 """
 
 from __future__ import annotations
@@ -125,6 +126,64 @@ rod_readings = Table(
     Column("conflicting", Boolean(create_constraint=False), nullable=False, default=False),
     ForeignKeyConstraint(["session_id", "rod_id"], ["rods.session_id", "rods.rod_id"], ondelete="CASCADE"),
     CheckConstraint("state IN ('empty', 'partial', 'full', 'unseen')", name="state"),
+)
+
+rod_history = Table(  # what a rod read as, from a revision on
+    "rod_history",
+    metadata,
+    Column("session_id", String(40), primary_key=True),
+    Column("rod_id", String, primary_key=True),
+    Column("revision", BigInteger, primary_key=True),
+    Column("at_ms", BigInteger, nullable=False),
+    Column("state", String(10), nullable=False),
+    Column("fill", Float),
+    Column("confidence", Float, nullable=False),
+    Column("views", Integer, nullable=False),
+    Column("conflicting", Boolean(create_constraint=False), nullable=False, default=False),
+    ForeignKeyConstraint(["session_id", "rod_id"], ["rods.session_id", "rods.rod_id"], ondelete="CASCADE"),
+    CheckConstraint("state IN ('empty', 'partial', 'full', 'unseen')", name="state"),
+)
+
+judgements = Table(  # what a person says of a rod, beside what the machine read then; no state: the machine is right
+    "judgements",
+    metadata,
+    Column("id", BigInteger, primary_key=True),
+    Column("session_id", String(40), nullable=False),
+    Column("rod_id", String, nullable=False),
+    Column("at_ms", BigInteger, nullable=False),
+    Column("author", String, nullable=False),
+    Column("state", String(10)),
+    Column("fill", Float),
+    Column("reason", String, nullable=False),
+    Column("revision", BigInteger, nullable=False),  # the session's, when it was said
+    Column("machine_state", String(10), nullable=False),
+    Column("machine_fill", Float),
+    Column("machine_confidence", Float, nullable=False),
+    ForeignKeyConstraint(["session_id", "rod_id"], ["rods.session_id", "rods.rod_id"], ondelete="CASCADE"),
+    CheckConstraint("state IN ('empty', 'partial', 'full')", name="state"),
+    Index(None, "session_id", "rod_id"),
+    Index(None, "at_ms"),
+    sqlite_autoincrement=True,
+)
+
+notes = Table(  # of a rod, a place, a moment, or of all
+    "notes",
+    metadata,
+    Column("id", BigInteger, primary_key=True),
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), nullable=False),
+    Column("at_ms", BigInteger, nullable=False),
+    Column("author", String, nullable=False),
+    Column("text", String, nullable=False),
+    Column("rod_id", String),
+    Column("x_m", Float),
+    Column("y_m", Float),
+    Column("moment_ms", BigInteger),
+    Column("closed_ms", BigInteger),
+    Column("closed_by", String),
+    Column("revision", BigInteger, nullable=False),  # the session's, when it last changed
+    Index(None, "session_id", "id"),
+    Index(None, "at_ms"),
+    sqlite_autoincrement=True,
 )
 
 tiles = Table(

@@ -1,0 +1,63 @@
+"""What rods read as before: a row wherever a reading became otherwise than a person would have seen it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from sqlalchemy import Connection, RowMapping, insert, select
+
+from pondwatch.core.values import RodReading
+
+from .tables import rod_history, rod_readings
+
+FILL_STEP, CONFIDENCE_STEP = 0.005, 0.01
+_NAMED = 400  # rods that a statement names one by one
+
+
+def rod_values(r: RodReading) -> dict[str, Any]:
+    """A reading by the names of its columns."""
+    return {
+        "rod_id": r.rod_id,
+        "state": r.state.value,
+        "fill": r.fill,
+        "confidence": r.confidence,
+        "views": r.views,
+        "conflicting": r.conflicting,
+    }
+
+
+def keep(connection: Connection, session_id: str, revision: int, at_ms: int, readings: Sequence[RodReading]) -> None:
+    """Add what changes by a revision, before the readings themselves are replaced."""
+    before = _stored(connection, session_id, [r.rod_id for r in readings])
+    changed = [rod_values(r) for r in readings]
+    changed = [row for row in changed if _differs(before.get(row["rod_id"]), row)]
+    if changed:
+        mine = {"session_id": session_id, "revision": revision, "at_ms": at_ms}
+        connection.execute(insert(rod_history), [row | mine for row in changed])
+
+
+def of_rod(connection: Connection, session_id: str, rod_id: str) -> Sequence[RowMapping]:
+    """A rod's readings in order of revision."""
+    mine = (rod_history.c.session_id == session_id, rod_history.c.rod_id == rod_id)
+    return connection.execute(select(rod_history).where(*mine).order_by(rod_history.c.revision)).mappings().all()
+
+
+def _stored(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> dict[str, RowMapping]:
+    if not rod_ids:
+        return {}
+    query = select(rod_readings).where(rod_readings.c.session_id == session_id)
+    if len(rod_ids) <= _NAMED:
+        query = query.where(rod_readings.c.rod_id.in_(rod_ids))
+    return {row["rod_id"]: row for row in connection.execute(query).mappings()}
+
+
+def _differs(before: RowMapping | None, now: Mapping[str, Any]) -> bool:
+    if before is None:
+        return bool(now["views"] > 0 or now["state"] != "unseen")
+    if any(before[name] != now[name] for name in ("state", "views", "conflicting")):
+        return True
+    if (before["fill"] is None) != (now["fill"] is None):
+        return True
+    fill_moved = abs((before["fill"] or 0.0) - (now["fill"] or 0.0))
+    return bool(fill_moved >= FILL_STEP or abs(before["confidence"] - now["confidence"]) >= CONFIDENCE_STEP)
