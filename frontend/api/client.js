@@ -17,6 +17,23 @@ export async function listSessions() {
   return Array.isArray(answer) ? answer : (answer.sessions ?? answer.items ?? []);
 }
 
+/** Newest first, of those whose name holds `q`. @param {{q?: string, before?: string | null, limit?: number}} asked
+ * @returns {Promise<{sessions: SessionFacts[], next: string | null}>} */
+export function pageOfSessions({ q = '', before = null, limit = 25 }) {
+  const query = new URLSearchParams({ limit: String(limit), ...(q ? { q } : {}), ...(before ? { before } : {}) });
+  return get(`/api/sessions?${query}`);
+}
+
+/** @param {object} document the content of a session.json @returns {Promise<SessionFacts>} */
+export function startSession(document) {
+  return post('/api/sessions', document);
+}
+
+/** No more uploads. @param {string} id @returns {Promise<SessionFacts>} */
+export function finishSession(id) {
+  return post(`/api/sessions/${encodeURIComponent(id)}/finish?wait=0`, {});
+}
+
 /** @param {string} id @returns {Promise<SessionFacts>} */
 export function getSession(id) {
   return get(`/api/sessions/${encodeURIComponent(id)}`);

@@ -1,18 +1,28 @@
 // @ts-check
 /** All inspections, newest first; what to do where there are none. */
 
-import { Problem, listSessions } from '../api/client.js';
+import { Problem, pageOfSessions } from '../api/client.js';
 import * as format from '../state/format.js';
 import { format as addressOf } from '../state/address.js';
 import { isRunning } from '../state/robots.js';
 import { h } from './dom.js';
+import { StartForm } from './startform.js';
 import { TopBar } from './topbar.js';
 
 const EVERY_MS = 1500;
 
 export class Home {
   #bar = new TopBar();
-  #body = h('main', { class: 'page', id: 'home' }, h('p', { class: 'quiet', text: 'Loading…' }));
+  #list = h('div', {}, h('p', { class: 'quiet', text: 'Loading…' }));
+  #start = new StartForm();
+  #search = h('input', { type: 'search', id: 'search', 'aria-label': 'Search by name', placeholder: 'Search by name…', onInput: () => this.#turnTo([]) });
+  #newer = h('button', { type: 'button', id: 'newer', text: 'Newer', onClick: () => this.#turnTo(this.#befores.slice(0, -1)) });
+  #older = h('button', { type: 'button', id: 'older', text: 'Older', onClick: () => this.#next && this.#turnTo([...this.#befores, this.#next]) });
+  #pager = h('div', { class: 'pager' }, this.#search, h('span', { class: 'spacer' }), this.#newer, this.#older);
+  #body = h('main', { class: 'page', id: 'home' }, h('h2', { text: 'Inspections' }), this.#start.element, this.#pager, this.#list);
+  /** Where each page after the first begins, as far as the one shown. @type {string[]} */ #befores = [];
+  /** @type {string | null} */ #next = null;
+  #asked = 0;
   #shown = '';
   /** @type {number | undefined} */ #timer;
 
@@ -28,26 +38,43 @@ export class Home {
   start() { void this.#refresh(); }
   stop() { clearTimeout(this.#timer); }
 
+  /** @param {string[]} befores */
+  #turnTo(befores) {
+    this.#befores = befores;
+    this.stop();
+    void this.#refresh();
+  }
+
   async #refresh() {
+    const asked = ++this.#asked;
     try {
-      const sessions = await listSessions();
+      const { sessions, next } = await pageOfSessions({ q: this.#search.value.trim(), before: this.#befores.at(-1) ?? null });
+      if (asked !== this.#asked) return;
+      this.#next = next ?? null;
       const running = this.#opens && sessions.find((facts) => isRunning(facts.state));
       if (running) return location.replace(addressOf({ session: running.id }));
       this.#show(sessions);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       this.#shown = '';
-      this.#body.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: `${error.message} Trying again…` }));
+      if (asked !== this.#asked) return;
+      this.#list.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: `${error.message} Trying again…` }));
     }
     this.#timer = setTimeout(() => void this.#refresh(), EVERY_MS);
   }
 
   /** @param {SessionFacts[]} sessions */
   #show(sessions) {
-    const now = JSON.stringify(sessions);
+    const searching = Boolean(this.#search.value.trim());
+    this.#newer.disabled = !this.#befores.length;
+    this.#older.disabled = !this.#next;
+    this.#pager.hidden = !sessions.length && !searching && !this.#befores.length;
+    this.#start.offer(sessions);
+    const now = JSON.stringify([sessions, searching]);
     if (now === this.#shown) return;
     this.#shown = now;
-    this.#body.replaceChildren(h('h2', { text: 'Inspections' }), sessions.length ? table(sessions) : welcome());
+    const nothing = () => (searching ? h('p', { class: 'note', text: 'No inspection has such a name.' }) : welcome());
+    this.#list.replaceChildren(sessions.length ? table(sessions) : nothing());
   }
 }
 

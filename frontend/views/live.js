@@ -14,6 +14,7 @@ import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
 import { Attention } from './attention.js';
+import { Finish } from './finish.js';
 import { Health } from './health.js';
 import { helpDialog } from './help.js';
 import { listen } from './keys.js';
@@ -32,7 +33,8 @@ const CLOCK_MS = 250;
 const PANELS_MS = 200;
 
 export class Live {
-  #bar = new TopBar();
+  #finish;
+  #bar;
   #summary = new Summary();
   #health = new Health(() => this.#goNext());
   #legend = new LayerLegend();
@@ -51,6 +53,8 @@ export class Live {
   /** @param {SessionFacts} facts @param {import('../state/address.js').Address} address */
   constructor(facts, { rod, show }) {
     this.inspection = new Inspection(facts);
+    this.#finish = new Finish(facts.id);
+    this.#bar = new TopBar([this.#finish.button]);
     this.options = new Options().read(show);
     this.time = new Timekeeper(this.inspection);
     this.#column.append(this.time.bar.element);
@@ -62,7 +66,7 @@ export class Live {
     this.#actions = this.#makeActions();
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
-    this.element = h('div', {}, this.#bar.element, this.#main, this.help);
+    this.element = h('div', {}, this.#bar.element, this.#main, this.help, this.#finish.dialog);
     this.link = new Link(world(facts.id), () => this.inspection.revision);
     this.intake = new Intake({
       decode,
@@ -173,6 +177,7 @@ export class Live {
     this.#pulse.tick(this.#serverMs);
     this.#view?.recount();
     this.#bar.update(this.inspection, this.link, now);
+    this.#finish.update(this.inspection.facts.state);
     const linked = this.link.state === 'live' || this.link.state === 'reconnecting' || !this.time.live;
     const robots = robotViews(this.time.shown, now, linked);
     if (this.#view) this.#view.linked = linked;

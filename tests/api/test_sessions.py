@@ -27,6 +27,15 @@ def test_sessions_are_listed_newest_first_page_by_page(api: Api) -> None:
     assert seen[:5] == opened[::-1]
 
 
+def test_sessions_are_searched_by_a_part_of_their_name(api: Api) -> None:
+    found = api.open(name="North 100%_bay")
+    api.open(name="North 100 bay")
+
+    listed = api.http.get("/api/sessions", params={"q": "100%_BAY"}).json()["sessions"]
+
+    assert [s["id"] for s in listed] == [found]
+
+
 @pytest.mark.parametrize(
     ("changes", "field"),
     [

@@ -43,6 +43,8 @@ class FakeServer:
         self.source, self.movie, self.timing = source, movie, timing or Timing()
         self.bus = LocalBus()
         self.listening = True
+        self.older = 0
+        self.started: list[dict[str, Any]] = []
         self.said: dict[str, list[dict[str, Any]]] = {}
         self.notes: list[dict[str, Any]] = []
         self.port = free_port()
@@ -97,8 +99,25 @@ def make_app(server: FakeServer) -> FastAPI:
     app.include_router(live_router(hub))
 
     @app.get("/api/sessions")
-    def sessions() -> Any:
-        return {"sessions": [{**source.session, "revision": source.revision}] if server.listening else []}
+    def sessions(q: str = "", before: str | None = None) -> Any:
+        listed = [{**source.session, "revision": source.revision}] if server.listening else []
+        older = [{"id": f"old-{i}", "name": f"Old {i}", "state": "finished"} for i in range(server.older)]
+        found = [s for s in listed + older if q.lower() in s["name"].lower()]
+        start = next((i for i, s in enumerate(found) if s["id"] == before), -1) + 1
+        page = found[start : start + 25]
+        return {"sessions": page, "next": page[-1]["id"] if len(found) > start + 25 else None}
+
+    @app.post("/api/sessions", status_code=201)
+    def start(document: dict[str, Any]) -> Response:
+        server.started.append(document)
+        if not document["pond"].get("height_m"):
+            return JSONResponse({"detail": "pond.height_m is missing."}, 422)
+        return JSONResponse({"id": "s1"}, 201)
+
+    @app.post("/api/sessions/s1/finish")
+    def finish() -> Any:
+        server.bus.publish("s1", source.step(state="finished"))
+        return source.session
 
     @app.get("/api/sessions/{session}")
     def session(session: str) -> Response:

@@ -49,11 +49,12 @@ def list_sessions(
     here: Here,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
     before: Annotated[str | None, Query(max_length=40, description="The `next` of the page before.")] = None,
+    q: Annotated[str | None, Query(max_length=200, description="Part of the name.")] = None,
 ) -> JSONResponse:
-    """`sessions`, and `next` where there are more."""
+    """`sessions`, and `next` where there are more; those whose name holds `q`."""
 
     def look(connection: Connection) -> list[Json]:
-        page = sessions.page(connection, limit + 1, before)
+        page = sessions.page(connection, limit + 1, before, q)
         return [views.session(s, sessions.facts(connection, s.id)) for s in page]
 
     found = here.store.read(look)

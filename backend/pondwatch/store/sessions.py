@@ -114,11 +114,13 @@ def layout(connection: Connection, session_id: str) -> tuple[Rod, ...]:
     return tuple(Rod(r.rod_id, r.x_m, r.y_m, r.outer_radius_m, r.inner_radius_m) for r in rows)
 
 
-def page(connection: Connection, limit: int, before: str | None) -> Sequence[Session]:
-    """Sessions newest first, from the one after `before`."""
+def page(connection: Connection, limit: int, before: str | None, named: str | None = None) -> Sequence[Session]:
+    """Sessions newest first, from the one after `before`; those whose name holds `named`, in either case."""
     query = select(sessions).order_by(sessions.c.id.desc()).limit(limit)
     if before is not None:
         query = query.where(sessions.c.id < before)
+    if named:
+        query = query.where(sessions.c.name.icontains(named, autoescape=True))
     return [_session(row, ()) for row in connection.execute(query)]
 
 
