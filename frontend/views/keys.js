@@ -7,7 +7,7 @@ export function listen(actions) {
   document.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const target = /** @type {HTMLElement} */ (event.target);
-    if (target.closest('input:not([type=range]), textarea, select, dialog, [contenteditable]')) return;
+    if (target.closest('input:not([type=range]), textarea, select, dialog[open], [contenteditable]')) return;
     if (event.key === ' ' && target.closest('button, a, summary')) return; // it presses that
     const run = byKey.get(event.key.length === 1 ? event.key.toLowerCase() : event.key);
     if (!run) return;
