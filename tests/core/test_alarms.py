@@ -1,34 +1,30 @@
 """Alarms: what rings, what stays, and what people may do about it."""
 
 import math
-from collections.abc import Callable
 
 import pytest
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from pondwatch.core.alarms import (
-    FLOOD,
-    MOST_SHELVED_S,
-    POLICIES,
-    Alarm,
-    AlarmKey,
-    Board,
-    Kind,
-    acknowledge,
-    grouped,
-    observe,
-    reset,
-    set_in_service,
-    shelve,
-    suppress,
-    unshelve,
-)
+from pondwatch.core.alarmacts import MOST_SHELVED_S, Act, perform, possible
+from pondwatch.core.alarms import FLOOD, POLICIES, Alarm, AlarmKey, Board, Kind, grouped, observe
 from pondwatch.core.errors import Conflict, Invalid, Missing
 
 SILENT = AlarmKey(Kind.ROBOT_SILENT, "bubble-3")
 CHANGED = AlarmKey(Kind.ROD_CHANGED, "R0012")
 CONFLICTING = AlarmKey(Kind.ROD_CONFLICTING, "R0001")
+
+
+def acknowledge(alarm: Alarm, by: str, text: str, at_s: float) -> Alarm:
+    return perform(alarm, Act.ACKNOWLEDGE, by, text, at_s)
+
+
+def shelve(alarm: Alarm, by: str, text: str, at_s: float, for_s: float | None) -> Alarm:
+    return perform(alarm, Act.SHELVE, by, text, at_s, for_s)
+
+
+def reset(alarm: Alarm, by: str, text: str, at_s: float) -> Alarm:
+    return perform(alarm, Act.RESET, by, text, at_s)
 
 
 def active(key: AlarmKey = SILENT, at_s: float = 100.0) -> Alarm:
@@ -129,36 +125,52 @@ def test_acts_that_make_no_sense_are_refused() -> None:
     alarm = active()
     seen = acknowledge(alarm, "Ada", "seen", 110.0)
     shelved = shelve(alarm, "Ada", "why", 110.0, 60.0)
-    acts: tuple[Callable[[], Alarm], ...] = (
-        lambda: acknowledge(seen, "Bo", "seen too", 111.0),
-        lambda: shelve(shelved, "Bo", "again", 111.0, 60.0),
-        lambda: shelve(Alarm(SILENT), "Bo", "nothing there", 111.0, 60.0),
-        lambda: unshelve(alarm, "Bo", "not shelved", 111.0),
-        lambda: set_in_service(alarm, True, "Bo", "it is", 111.0),
+    senseless = (
+        (seen, Act.ACKNOWLEDGE),
+        (shelved, Act.SHELVE),
+        (Alarm(SILENT), Act.SHELVE),
+        (alarm, Act.UNSHELVE),
+        (alarm, Act.UNSUPPRESS),
+        (alarm, Act.RETURN),
+        (seen, Act.RESET),
     )
-    for act in acts:
+    for before, act in senseless:
         with pytest.raises(Conflict):
-            act()
+            perform(before, act, "Bo", "why not", 111.0)
+
+
+def test_only_shelving_takes_a_time() -> None:
+    with pytest.raises(Invalid):
+        perform(active(), Act.ACKNOWLEDGE, "Ada", "seen", 110.0, for_s=60.0)
 
 
 def test_suppressed_and_out_of_service_are_quiet_and_come_back() -> None:
-    alarm = active()
-    assert not suppress(alarm, True).rings
-    assert suppress(suppress(alarm, True), False).rings
-    out = set_in_service(alarm, False, "Ada", "radio mast down", 110.0)
-    assert not out.rings
-    assert set_in_service(out, True, "Ada", "mast is up", 500.0).rings
+    for away, back in ((Act.SUPPRESS, Act.UNSUPPRESS), (Act.REMOVE, Act.RETURN)):
+        out = perform(active(), away, "Ada", "radio mast down", 110.0)
+        assert not out.rings
+        assert back in possible(out)
+        assert away not in possible(out)
+        assert perform(out, back, "Ada", "mast is up", 500.0).rings
 
 
-def test_a_board_takes_what_holds_and_drops_what_is_of_no_interest() -> None:
+def test_a_board_takes_what_holds_and_remembers_what_rang() -> None:
     board = Board({}).observe({SILENT: "last heard 12 s ago"}, 100.0)
     assert board.get(SILENT).detail == "last heard 12 s ago"
     board = board.put(acknowledge(board.get(SILENT), "Ada", "seen", 101.0))
     board = board.observe({}, 200.0).observe({}, 202.0)
+    assert not board.get(SILENT).retained
 
-    assert board.alarms == {}
+    board = board.observe({SILENT: "again"}, 300.0)
+    assert board.get(SILENT).occurrences == 2
     with pytest.raises(Missing):
-        board.get(SILENT)
+        board.get(CHANGED)
+
+
+def test_a_condition_that_never_rang_leaves_nothing_behind() -> None:
+    board = Board({}).observe({CONFLICTING: "4 looks"}, 100.0)
+    assert set(board.alarms) == {CONFLICTING}
+
+    assert board.observe({}, 101.0).alarms == {}
 
 
 def test_a_flood_is_told_as_one_and_the_worst_kind_first() -> None:

@@ -6,7 +6,7 @@ about its limit rings once. What nobody acknowledged, or latched, is retained af
 
     active ── acknowledged ── shelved (for a time, or until the next) ── latched ── suppressed ── out of service
 
-Times are seconds since the epoch, UTC. Every act returns a new value; an act that makes no sense is a Conflict.
+Times are seconds since the epoch, UTC. What people do to alarms is in `alarmacts.py`.
 
 Source: OPC 10000-9, UA Part 9, 5.8 (states), 5.8.17 (shelving); ISA-18.2 for the advice that each alarm carries.
 """
@@ -17,9 +17,8 @@ import enum
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from .errors import Conflict, Invalid, Missing
+from .errors import Missing
 
-MOST_SHELVED_S = 8 * 3600.0
 FLOOD = 5  # alarms of a kind, from which they are told as one
 
 
@@ -52,6 +51,7 @@ POLICIES: Mapping[Kind, Policy] = {
         "Rod changed against the baseline",
         900,
         "Open the rod, compare its snapshots with the baseline's, and tell the shift supervisor.",
+        on_s=2.0,
         latches=True,
     ),
     Kind.ROD_CONFLICTING: Policy(
@@ -149,63 +149,15 @@ class Alarm:
 def observe(alarm: Alarm, holds: bool, at_s: float, detail: str = "") -> Alarm:
     """Take that the alarm's condition holds or does not, and that time has passed."""
     alarm = _unshelve_if_due(alarm, at_s)
-    if holds and detail:
+    if holds and detail and detail != alarm.detail:
         alarm = replace(alarm, detail=detail)
     if holds == alarm.active:
-        return replace(alarm, turning_s=None)
+        return alarm if alarm.turning_s is None else replace(alarm, turning_s=None)
     since = at_s if alarm.turning_s is None else alarm.turning_s
     wait = alarm.policy.on_s if holds else alarm.policy.off_s
     if at_s - since < wait:
         return replace(alarm, turning_s=since)
     return _raised(alarm, at_s) if holds else _cleared(alarm, at_s)
-
-
-def acknowledge(alarm: Alarm, by: str, text: str, at_s: float) -> Alarm:
-    """Somebody has seen it. Raises: Invalid without a comment, Conflict where there is nothing to acknowledge."""
-    if alarm.acknowledged:
-        raise Conflict("This alarm is acknowledged already.", kind=alarm.key.kind, subject=alarm.key.subject)
-    return replace(_said(alarm, by, "acknowledge", text, at_s), acknowledged=True)
-
-
-def shelve(alarm: Alarm, by: str, text: str, at_s: float, for_s: float | None) -> Alarm:
-    """Out of the way for a time, or (None) until it is next inactive.
-
-    Raises:
-        Invalid: without a comment, or for longer than MOST_SHELVED_S. Conflict: it is shelved, or of no interest.
-    """
-    if for_s is not None and not 0 < for_s <= MOST_SHELVED_S:
-        raise Invalid(f"An alarm is shelved for up to {MOST_SHELVED_S / 3600:.0f} hours.", for_s=for_s)
-    if alarm.shelved_until_s is not None or not alarm.retained:
-        raise Conflict("This alarm is shelved already, or there is nothing to shelve.", kind=alarm.key.kind)
-    until = float("inf") if for_s is None else at_s + for_s
-    return replace(_said(alarm, by, "shelve", text, at_s), shelved_until_s=until)
-
-
-def unshelve(alarm: Alarm, by: str, text: str, at_s: float) -> Alarm:
-    """Back in sight. Raises: Conflict where it is not shelved."""
-    if alarm.shelved_until_s is None:
-        raise Conflict("This alarm is not shelved.", kind=alarm.key.kind)
-    return replace(_said(alarm, by, "unshelve", text, at_s), shelved_until_s=None)
-
-
-def reset(alarm: Alarm, by: str, text: str, at_s: float) -> Alarm:
-    """Let go of the latch. Raises: Conflict while it is active, not acknowledged, or not latched."""
-    if not alarm.latched or alarm.active or not alarm.acknowledged:
-        raise Conflict("Only a latched alarm that is inactive and acknowledged can be reset.", kind=alarm.key.kind)
-    return replace(_said(alarm, by, "reset", text, at_s), latched=False)
-
-
-def suppress(alarm: Alarm, is_suppressed: bool) -> Alarm:
-    """By the program, where another fact explains it (a robot that is charging is silent)."""
-    return replace(alarm, suppressed=is_suppressed)
-
-
-def set_in_service(alarm: Alarm, is_in_service: bool, by: str, text: str, at_s: float) -> Alarm:
-    """By a person, while what it watches is being mended. Raises: Conflict where it is so already."""
-    if alarm.out_of_service is not is_in_service:
-        raise Conflict("This alarm is in that state already.", kind=alarm.key.kind)
-    act = "return to service" if is_in_service else "remove from service"
-    return replace(_said(alarm, by, act, text, at_s), out_of_service=not is_in_service)
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,8 +167,8 @@ class Board:
     alarms: Mapping[AlarmKey, Alarm]
 
     def observe(self, conditions: Mapping[AlarmKey, str], at_s: float) -> Board:
-        """Take all conditions that hold now, each with its detail; what is not among them does not hold. Alarms of
-        no interest that nobody spoke of are dropped."""
+        """Take all conditions that hold now, each with its detail; what is not among them does not hold. What rang
+        once is kept, with its count; what never did is dropped when its condition is gone."""
         keys = sorted({*self.alarms, *conditions})
         stepped = [
             observe(self.alarms.get(key) or Alarm(key), key in conditions, at_s, conditions.get(key, ""))
@@ -284,10 +236,4 @@ def _unshelve_if_due(alarm: Alarm, at_s: float) -> Alarm:
 
 
 def _is_kept(alarm: Alarm) -> bool:
-    return alarm.retained or alarm.quiet or alarm.turning_s is not None
-
-
-def _said(alarm: Alarm, by: str, act: str, text: str, at_s: float) -> Alarm:
-    if not text.strip():
-        raise Invalid(f"Say why: {act} needs a comment.", act=act)
-    return replace(alarm, comments=(*alarm.comments, Comment(at_s, by, act, text.strip())))
+    return alarm.occurrences > 0 or alarm.turning_s is not None
