@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import socket
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,13 +15,14 @@ import uvicorn
 from fastapi import FastAPI
 
 from . import __version__
-from .api import compare, corrections, health, jobs, people, problems, results, sessions, snapshots
+from .api import alarms, compare, corrections, health, jobs, people, problems, results, sessions, snapshots
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
 from .api.services import Services
 from .config import Settings
 from .jobs import views
 from .jobs.advance import Step
+from .jobs.alarms import Watch
 from .jobs.feed import Feed
 from .jobs.ingest import Ingest
 from .jobs.lanes import Lane, ProcessLane
@@ -29,7 +31,7 @@ from .jobs.steps import Steps
 from .live.bus import LocalBus
 from .live.hub import Hub
 from .live.socket import live_router
-from .live.source import Changes, Patch, Raster
+from .live.source import Alarms, Changes, Patch, Raster
 from .resources import frontend_dir
 from .store import sessions as session_rows
 from .store.clock import SystemClock
@@ -48,6 +50,7 @@ class Live:
     def __init__(self) -> None:
         self.store: Store | None = None
         self.feed: Feed | None = None
+        self.watch: Watch | None = None
 
     def raster(self, session: str) -> Raster:
         """The grid of a session's mosaic."""
@@ -58,20 +61,25 @@ class Live:
     def changes(self, session: str, since: int | None) -> Changes:
         """What changed after a revision."""
         assert self.feed
+        assert self.watch
+        told = self.watch.told(session)
         news = self.feed.news(session, since)
         patches = [
             Patch("mosaic", p.rect.x, p.rect.y, p.rect.width, p.rect.height, p.revision, "image/png", p.content)
             for p in news.pictures
         ]
-        return Changes(news.session, news.revision, news.full, news.poses, news.rods, patches, news.jobs, news.notes)
+        alarms = Alarms(told.version, told.rows)
+        derived = news.poses, news.rods, patches
+        return Changes(news.session, news.revision, news.full, *derived, news.jobs, news.notes, alarms)
 
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What hears of every commit: the feed's memory, the metrics, and the bus."""
+    """What hears of every commit: the feed's memory, the metrics, the alarms, and the bus."""
 
     feed: Feed
     telemetry: Telemetry
+    watch: Watch
     bus: LocalBus
 
     def committed(self, session_id: str, step: Step, seconds: float) -> None:
@@ -79,10 +87,12 @@ class Told:
         self.feed.remember(session_id, step)
         self.telemetry.step_seconds.observe(seconds)
         self.telemetry.covered.inc(step.covered)
+        self.watch.wake(session_id)
         self.bus.publish(session_id, step.revision)
 
     def changed(self, session_id: str, revision: int) -> None:
         """A job or a session's state is otherwise."""
+        self.watch.wake(session_id)
         self.bus.publish(session_id, revision)
 
 
@@ -103,6 +113,7 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         yield
         await hub.stop()
         services.queue.close()
+        services.watch.close()
         services.intake.shutdown(wait=True)
         services.store.close()
 
@@ -114,7 +125,7 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for module in (sessions, snapshots, results, people, corrections, jobs, compare, health):
+    for module in (sessions, snapshots, results, people, corrections, alarms, jobs, compare, health):
         app.include_router(module.router)
     app.include_router(live_router(hub, settings.allowed_origins))
     app.mount("/", FrontEnd(frontend_dir()), name="front end")
@@ -134,14 +145,18 @@ def _open(
     if not wal_is_sound():
         structlog.get_logger().info("sqlite_wal", note="one connection writes and checkpoints; readers never do")
     feed = Feed(store, settings.feed_revisions, settings.feed_bytes)
-    live.store, live.feed = store, feed
-    told = Told(feed, telemetry, bus)
+    limits = settings.alarm_limits
+    watch = Watch(store, clock, limits, lambda: shutil.disk_usage(settings.data).free, bus.publish)
+    live.store, live.feed, live.watch = store, feed, watch
+    told = Told(feed, telemetry, watch, bus)
     lanes = [make_lane(settings.job_timeout_s) for _ in range(settings.workers)]
-    queue = Queue(store, Steps(store, clock, told), lanes)
+    queue = Queue(store, Steps(store, clock, told, limits), lanes)
     telemetry.watch("pondwatch_sessions_waiting", "Sessions that wait for a worker.", lambda: queue.waiting)
     queue.start()
+    watch.start()
     intake = ThreadPoolExecutor(INTAKE_THREADS, thread_name_prefix="intake")
-    return Services(settings, store, clock, Ingest(store, clock, queue.wake), queue, told, telemetry, intake)
+    ingest = Ingest(store, clock, queue.wake)
+    return Services(settings, store, clock, ingest, queue, watch, told, telemetry, intake)
 
 
 def _limits(settings: Settings) -> list[BodyLimit]:

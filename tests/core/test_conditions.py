@@ -107,7 +107,9 @@ def test_a_robot_is_silent_from_the_limit_on() -> None:
     heard = {"a": 1000.0, "b": 1000.1}
 
     assert list(silent(heard, 1008.0, LIMITS)) == [AlarmKey(Kind.ROBOT_SILENT, "a")]
-    assert silent(heard, 1008.0, LIMITS) == {AlarmKey(Kind.ROBOT_SILENT, "a"): "Robot a was last heard at 00:16:40 UTC."}
+    assert silent(heard, 1008.0, LIMITS) == {
+        AlarmKey(Kind.ROBOT_SILENT, "a"): "Robot a was last heard at 00:16:40 UTC."
+    }
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from pondwatch.core.errors import Missing
-from pondwatch.live.source import Changes, Patch, Raster
+from pondwatch.live.source import Alarms, Changes, Patch, Raster
 
 
 class ScriptedSource:
@@ -25,6 +25,11 @@ class ScriptedSource:
         self._poses: dict[tuple[str, int], tuple[int, dict[str, Any]]] = {}
         self._patches: dict[tuple[int, int], tuple[int, Patch]] = {}
         self.jobs: list[dict[str, Any]] = []
+        self.alarms = Alarms()
+
+    def ring(self, *rows: dict[str, Any]) -> None:
+        """The alarms as they stand from now on; each with `id`, `retained` and `quiet`."""
+        self.alarms = Alarms(self.alarms.version + 1, rows)
 
     def step(
         self,
@@ -65,4 +70,5 @@ class ScriptedSource:
                 rods=[rod for revision, rod in self._rods.values() if revision > after],
                 patches=[patch for revision, patch in self._patches.values() if revision > after],
                 jobs=list(self.jobs),
+                alarms=self.alarms,
             )

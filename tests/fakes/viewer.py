@@ -19,6 +19,8 @@ class Viewer:
         self.poses: dict[tuple[str, int], Any] = {}
         self.pixels: dict[tuple[int, int], bytes] = {}
         self.session: dict[str, Any] = {}
+        self.alarms: dict[int, Any] = {}
+        self.rung: list[int] = []
 
     @property
     def state(self) -> tuple[Any, ...]:
@@ -35,12 +37,16 @@ class Viewer:
         kind = str(message.pop("type"))
         if kind == "hello":
             self.hellos.append(message)
+            self.alarms = {}
             if message["full"]:
                 self.rods, self.poses, self.pixels = {}, {}, {}
         elif kind == "rods":
             self.rods.update({rod["rod_id"]: rod for rod in message["rods"]})
         elif kind == "poses":
             self.poses.update({(pose["robot"], pose["sequence"]): pose for pose in message["poses"]})
+        elif kind == "alarm":
+            self.alarms[message["id"]] = message
+            self.rung.append(message["id"])
         elif kind == "session":
             self.session, self.revision = message, message["revision"]
         return kind

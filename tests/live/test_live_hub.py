@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -250,3 +251,46 @@ async def test_a_job_that_moves_on_without_a_revision_is_told_once_a_change() ->
 
     jobs = [frame for frame in told if isinstance(frame, str) and '"type":"job"' in frame]
     assert [("0.25" in job, "0.5" in job) for job in jobs] == [(True, False), (False, True)]
+
+
+def alarm(number: int, text: str = "", retained: bool = True) -> dict[str, Any]:
+    return {"id": number, "message": text, "retained": retained, "quiet": False}
+
+
+async def rings(viewer: Viewer, *told: int) -> None:
+    async with asyncio.timeout(5):
+        while viewer.rung != list(told):
+            await asyncio.sleep(0.002)
+
+
+async def test_alarms_come_whole_at_first_and_then_each_that_is_otherwise_once() -> None:
+    source, viewer = ScriptedSource(), Viewer()
+    source.ring(alarm(1), alarm(2), alarm(3, retained=False))
+    async with running(source) as (hub, bus), watching(hub, viewer):
+        await rings(viewer, 1, 2)
+        source.ring(alarm(1), alarm(2, "worse"), alarm(3, retained=False))
+        news(source, bus)
+        await rings(viewer, 1, 2, 2)
+        source.ring(alarm(1, retained=False), alarm(2, "worse"), alarm(3, retained=False))
+        bus.publish("s1", source.revision)  # alarms go on without a revision
+        await rings(viewer, 1, 2, 2, 1)
+        for corner in range(5):
+            news(source, bus, corner)
+        await until(viewer, source.revision)
+
+    assert viewer.rung == [1, 2, 2, 1]
+
+
+async def test_a_viewer_that_comes_back_is_told_all_alarms_anew() -> None:
+    source, viewer = ScriptedSource(), Viewer()
+    source.ring(alarm(1), alarm(2))
+    async with running(source) as (hub, bus):
+        news(source, bus)
+        async with watching(hub, viewer):
+            await rings(viewer, 1, 2)
+            await until(viewer, 1)
+        source.ring(alarm(1, retained=False), alarm(2))
+        async with watching(hub, viewer, since=1):
+            await rings(viewer, 1, 2, 2)
+
+    assert list(viewer.alarms) == [2]

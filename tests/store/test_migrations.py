@@ -7,11 +7,14 @@ from typing import Any
 
 import pytest
 from alembic import command
+from alembic.autogenerate import compare_metadata
 from alembic.config import Config
+from alembic.migration import MigrationContext
 from sqlalchemy import Engine, text
 from sqlalchemy.exc import IntegrityError
 
 from pondwatch.resources import migrations_dir
+from pondwatch.store import alarmtables
 from pondwatch.store.engine import migrate, writer_engine
 
 SESSION = (
@@ -57,3 +60,38 @@ def test_jobs_of_the_first_version_are_kept_and_a_correction_may_be_one_after_it
     assert kinds(engine) == []  # they still end with their session
     to(engine, "0001", command.downgrade)
     engine.dispose()
+
+
+ALARM = (
+    "INSERT INTO alarms (session_id, kind, subject, detail, active, acknowledged, latched, suppressed, out_of_service, "
+    "shelved, since_ms, occurrences) VALUES ('s1', 'robot-silent', 'a', '', 1, 0, 0, 0, 0, 0, 5, 1)"
+)
+
+
+def test_sessions_of_the_third_version_are_kept_and_may_have_alarms_after_it(tmp_path: Path) -> None:
+    engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
+    to(engine, "0003")
+    with engine.begin() as connection:
+        connection.execute(text(SESSION))
+
+    migrate(engine)
+
+    with engine.begin() as connection:
+        connection.execute(text(ALARM))
+    with pytest.raises(IntegrityError), engine.begin() as connection:
+        connection.execute(text(ALARM))  # one of a kind and a subject a session
+    with engine.begin() as connection:
+        assert connection.execute(text("SELECT name FROM sessions")).scalars().all() == ["Pond"]
+    to(engine, "0003", command.downgrade)
+    engine.dispose()
+
+
+def test_the_tables_are_those_that_the_program_speaks_of(tmp_path: Path) -> None:
+    engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
+    migrate(engine)
+
+    with engine.connect() as connection:
+        found = compare_metadata(MigrationContext.configure(connection), alarmtables.metadata)
+    engine.dispose()
+
+    assert [change for change in found if "alarm" in str(change) or "baseline" in str(change)] == []

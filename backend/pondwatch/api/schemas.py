@@ -18,8 +18,10 @@ from pydantic import (
 )
 from pydantic import ValidationError as Fault
 
+from pondwatch.core.alarmacts import Act
 from pondwatch.core.errors import InvalidPose, PondwatchError
 from pondwatch.core.values import SnapshotKey
+from pondwatch.jobs.alarms import Deed
 from pondwatch.jobs.ingest import Upload
 from pondwatch.store.judgements import NewJudgement
 from pondwatch.store.notes import NewNote
@@ -129,6 +131,34 @@ class CloseIn(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     by: Name
+
+
+class DeedIn(BaseModel):
+    """Why something is done to an alarm, and by whom. for_s: how long it is shelved; absent: until it is over."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    comment: Words
+    by: Name
+    for_s: Annotated[FiniteFloat, Field(strict=True, gt=0)] | None = None
+
+    def deed(self, act: Act) -> Deed:
+        """As the jobs take it."""
+        return Deed(act, self.by, self.comment, self.for_s)
+
+
+class GroupDeedIn(DeedIn):
+    """The same for many alarms."""
+
+    alarms: Annotated[list[Count], Field(min_length=1, max_length=50_000)]
+
+
+class BaselineIn(BaseModel):
+    """Which earlier session this one is held against; null for none."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    baseline: Annotated[str, StringConstraints(min_length=1, max_length=40)] | None
 
 
 _ITEMS = TypeAdapter(list[Any])

@@ -11,6 +11,7 @@ from fastapi import Depends, Request
 
 from pondwatch.config import Settings
 from pondwatch.core.ports import Clock
+from pondwatch.jobs.alarms import Watch
 from pondwatch.jobs.ingest import Ingest
 from pondwatch.jobs.queue import Queue
 from pondwatch.jobs.steps import Observer
@@ -28,6 +29,7 @@ class Services:
     clock: Clock
     ingest: Ingest
     queue: Queue
+    watch: Watch
     observer: Observer
     telemetry: Telemetry
     intake: Executor

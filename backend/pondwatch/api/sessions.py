@@ -14,7 +14,7 @@ from starlette.concurrency import run_in_threadpool
 from pondwatch.core.errors import InvalidLayout
 from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.values import Inspection
-from pondwatch.jobs import finish, views
+from pondwatch.jobs import baseline, finish, views
 from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.views import Json
 from pondwatch.store import corrections, sessions
@@ -30,10 +30,19 @@ _LOOK_S = 0.03
 def open_session(
     here: Here, document: Annotated[Any, Body(description="The content of `session.json`.")]
 ) -> JSONResponse:
-    """201 with the session. An optional `method` names how its poses are corrected."""
+    """201 with the session. An optional `method` names how its poses are corrected, an optional `baseline` the
+    earlier session that its rods are held against."""
     inspection = parse_inspection(document)
-    method = _method(here, document, inspection)
-    session_id = here.store.write(lambda c: sessions.create(c, inspection, method, here.now_ms()))
+    method, held_against = _method(here, document, inspection), _baseline(document)
+
+    def unit(connection: Connection) -> str:
+        made = sessions.create(connection, inspection, method, here.now_ms())
+        if held_against is not None:
+            baseline.choose(connection, made, held_against, here.now_ms())
+        return made
+
+    session_id = here.store.write(unit)
+    here.watch.wake(session_id)
     return JSONResponse(_one(here, session_id), 201, {"Location": f"/api/sessions/{session_id}"})
 
 
@@ -42,6 +51,13 @@ def _method(here: Services, document: Json, inspection: Inspection) -> str:
     if not isinstance(asked, str):
         raise InvalidLayout("method must be the name of a correction method.", field="method")
     return make_corrector(inspection, asked).method
+
+
+def _baseline(document: Json) -> str | None:
+    asked = document.get("baseline")
+    if asked is not None and not isinstance(asked, str):
+        raise InvalidLayout("baseline must be the id of an earlier session.", field="baseline")
+    return asked
 
 
 @router.get("", summary="Sessions, newest first")

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from sqlalchemy import Connection, RowMapping
 
-from pondwatch.core.values import Status
+from pondwatch.core.conditions import Limits, published
+from pondwatch.core.values import RodReading, Status
 from pondwatch.store import jobs, revisions, sessions, snapshots
 from pondwatch.store.revisions import NewRevision, PoseRow, TileRow
 from pondwatch.store.sessions import Session, State
@@ -20,6 +21,8 @@ from pondwatch.store.store import Store
 from .lanes import Lane, TaskFailed, WorkerLost
 from .tasks import Base, EncodedRect, Moved, Outcome, Shown, SnapshotRef
 from .views import reading
+
+DEFAULT_LIMITS = Limits()
 
 
 class CannotLoad(Exception):
@@ -38,7 +41,9 @@ class Step:
     thinking: bool = False
 
 
-def advance(store: Store, lane: Lane, session_id: str, now_ms: int, limit: int) -> Step | None:
+def advance(
+    store: Store, lane: Lane, session_id: str, now_ms: int, limit: int, limits: Limits = DEFAULT_LIMITS
+) -> Step | None:
     """Cover the next snapshots, at most `limit`; None where all are covered.
 
     Raises:
@@ -54,10 +59,10 @@ def advance(store: Store, lane: Lane, session_id: str, now_ms: int, limit: int) 
     if outcome is None:
         _load(store, lane, session_id)
         outcome = lane.call("advance", session_id, session.revision, refs)
-    return commit(store, session, fresh, outcome, now_ms)
+    return commit(store, session, fresh, outcome, now_ms, limits)
 
 
-def reflect(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step | bool:
+def reflect(store: Store, lane: Lane, session_id: str, now_ms: int, limits: Limits = DEFAULT_LIMITS) -> Step | bool:
     """Record what a joint decision that was made beside the uploads changed.
 
     Returns:
@@ -67,7 +72,7 @@ def reflect(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step | bo
     outcome = lane.call("reflect", session_id, session.revision)
     if outcome is None or isinstance(outcome, bool):
         return bool(outcome)
-    return commit(store, session, (), outcome, now_ms)
+    return commit(store, session, (), outcome, now_ms, limits)
 
 
 def _load(store: Store, lane: Lane, session_id: str) -> None:
@@ -77,8 +82,15 @@ def _load(store: Store, lane: Lane, session_id: str) -> None:
         raise CannotLoad(str(error)) from error
 
 
-def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outcome: Outcome, now_ms: int) -> Step:
-    """Write one revision that covers `fresh`."""
+def commit(
+    store: Store,
+    session: Session,
+    fresh: Sequence[StoredSnapshot],
+    outcome: Outcome,
+    now_ms: int,
+    limits: Limits = DEFAULT_LIMITS,
+) -> Step:
+    """Write one revision that covers `fresh`. A rod's shown state changes only where its looks agree on another."""
     through = fresh[-1].id if fresh else session.covered_through
     told = {moved.id for moved in outcome.poses}
     silent = [PoseRow(s.id, Status.REJECTED, None) for s in fresh if s.id not in told]  # every snapshot has a row
@@ -88,7 +100,7 @@ def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outc
         through,
         now_ms,
         poses=[*(pose_row(m) for m in outcome.poses), *silent],
-        rods=outcome.rods,
+        rods=_published(store, session.id, outcome.rods, limits),
         tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],
         seen_share=outcome.seen_share,
         quality=outcome.quality.sentence,
@@ -111,6 +123,13 @@ def commit(store: Store, session: Session, fresh: Sequence[StoredSnapshot], outc
         return Step(revision, len(fresh), left, outcome.patches, session.state, outcome.thinking)
 
     return store.write(unit)
+
+
+def _published(store: Store, session_id: str, read: Sequence[RodReading], limits: Limits) -> tuple[RodReading, ...]:
+    """What is shown of rods that were read anew."""
+    shown = store.read(lambda c: revisions.readings_of(c, session_id, [r.rod_id for r in read]))
+    before = {row["rod_id"]: reading(row) for row in shown}
+    return tuple(published(before.get(r.rod_id), r, limits) for r in read)
 
 
 def pass_over(store: Store, session_id: str, now_ms: int, fault: str) -> Step | None:

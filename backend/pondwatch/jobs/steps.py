@@ -13,6 +13,7 @@ from typing import Protocol
 
 from sqlalchemy import Connection
 
+from pondwatch.core.conditions import Limits
 from pondwatch.core.ports import Clock
 from pondwatch.store import jobs, sessions, snapshots
 from pondwatch.store.sessions import Session, State
@@ -46,10 +47,11 @@ class Trouble:
 
 
 class Steps:
-    """Takes sessions forward."""
+    """Takes sessions forward. limits: what must agree before a rod's shown state changes."""
 
-    def __init__(self, store: Store, clock: Clock, observer: Observer) -> None:
+    def __init__(self, store: Store, clock: Clock, observer: Observer, limits: Limits | None = None) -> None:
         self._store, self._clock, self._observer = store, clock, observer
+        self._limits = limits or Limits()
         self._troubles: dict[str, Trouble] = {}
         self._thinking: set[str] = set()
 
@@ -75,7 +77,7 @@ class Steps:
     def _step(self, lane: Lane, session_id: str, trouble: Trouble) -> bool:
         started = time.perf_counter()
         limit = 1 if trouble.careful else STEP_LIMIT
-        step = advance.advance(self._store, lane, session_id, self._now_ms(), limit)
+        step = advance.advance(self._store, lane, session_id, self._now_ms(), limit, self._limits)
         if step is None:
             session = self._session(session_id)
             if session.state is State.FINISHED:
@@ -103,7 +105,7 @@ class Steps:
             return False
         started = time.perf_counter()
         try:
-            step = advance.reflect(self._store, lane, session_id, self._now_ms())
+            step = advance.reflect(self._store, lane, session_id, self._now_ms(), self._limits)
         except (WorkerLost, TaskFailed):
             step = False
         self._remember(session_id, step.thinking if isinstance(step, Step) else step)

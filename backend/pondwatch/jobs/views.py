@@ -42,6 +42,7 @@ def session(session: Session, facts: Facts) -> Json:
         "rods": facts.rods,
         "rods_seen": facts.rods_seen,
         "quality": {"sentence": session.quality},
+        "baseline": facts.baseline,
         "created_at": rfc3339(session.created_ms),
         "finished_at": rfc3339(session.finished_ms),
         "last_captured_at": rfc3339(facts.last_captured_ms),

@@ -17,7 +17,7 @@ from datetime import UTC, datetime
 
 from . import protocol
 from .bus import LocalBus
-from .protocol import Delivery, Frame
+from .protocol import Bells, Delivery, Frame
 from .source import Raster, Source
 
 Send = Callable[[Frame], Awaitable[None]]
@@ -48,6 +48,7 @@ class Feed:
         self._threads = threads
         self._moved = asyncio.Event()
         self._shared: dict[int | None, asyncio.Future[Delivery]] = {}
+        self._bells: Bells | None = None
 
     def move(self) -> None:
         """There may be news: wake whoever waits, and let nobody have a reading from before."""
@@ -88,7 +89,9 @@ class Feed:
         return max((key for key in self._shared if key is not None and key <= revision), default=revision)
 
     def _read(self, revision: int | None) -> Delivery:
-        return protocol.delivery(self._source.changes(self.session, revision))
+        read = protocol.delivery(self._source.changes(self.session, revision), self._bells)
+        self._bells = read.bells
+        return read
 
 
 class Hub:
@@ -154,7 +157,8 @@ class Hub:
 
 
 class _Viewer:
-    """One client: the revision that it holds, and the texts last told (a job moves on without a revision)."""
+    """One client: the revision that it holds, and the texts last told (a job moves on without a revision, and so do
+    alarms)."""
 
     def __init__(self, feed: Feed, timing: Timing, send: Send) -> None:
         self._feed = feed
@@ -162,25 +166,32 @@ class _Viewer:
         self._send = send
         self._revision = -1
         self._told: frozenset[Frame] = frozenset()
+        self._rung: dict[int, str] = {}
+        self._version = -1
 
     async def watch(self, since: int | None) -> None:
         raster = await self._feed.raster()
         loop = asyncio.get_running_loop()
         tick, step = self._feed.tick, await self._feed.since(since)
-        await self._out(protocol.hello(self._feed.session, step.revision, raster, full=step.full))
+        await self._greet(step, raster)
         await self._deliver(step)
         beat_at = loop.time()
         while True:
             if await self._feed.news(tick, beat_at - loop.time()):
                 tick, step = self._feed.tick, await self._feed.since(self._revision)
                 if step.full:
-                    await self._out(protocol.hello(self._feed.session, step.revision, raster, full=True))
+                    await self._greet(step, raster)
                 await self._deliver(step)
             if loop.time() >= beat_at:
                 await self._out(protocol.beat(self._revision, _now()))
                 beat_at = loop.time() + self._timing.beat_s
 
+    async def _greet(self, step: Delivery, raster: Raster) -> None:
+        self._rung, self._version = {}, -1
+        await self._out(protocol.hello(self._feed.session, step.revision, raster, full=step.full))
+
     async def _deliver(self, step: Delivery) -> None:
+        await self._ring(step.bells)
         if step.revision < self._revision and not step.full:
             return  # a reading that began before the last one: a revision only grows
         moved = step.revision > self._revision or step.full
@@ -189,6 +200,16 @@ class _Viewer:
             if moved or frame in texts - self._told:
                 await self._out(frame)
         self._revision, self._told = step.revision, texts
+
+    async def _ring(self, bells: Bells) -> None:
+        """Tell every alarm that is otherwise; one that is over is told only to who was told of it."""
+        if bells.version <= self._version:
+            return
+        for number, (text, is_kept) in bells.frames.items():
+            if self._rung.get(number) != text and (is_kept or number in self._rung):
+                await self._out(text)
+                self._rung[number] = text
+        self._version = bells.version
 
     async def _out(self, frame: Frame) -> None:
         try:

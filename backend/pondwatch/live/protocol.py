@@ -2,26 +2,38 @@
 
 One delivery takes a client from the revision that it holds to a newer one. In it come, in this order and each only
 where there is something to say: `hello` (at the start, and where the state that follows replaces everything),
-patches, `rods`, `poses`, `notes`, `job`s, and last `session`. Every value is the newest of its key, so that a
+`alarm`s, patches, `rods`, `poses`, `notes`, `job`s, and last `session`. Every value is the newest of its key, so that a
 delivery may overlap an earlier one. A client holds revision R once the `session` frame with R arrived, and not
 before: cut off in between, it reconnects with the revision before.
+
+Alarms do not go by revisions. After each `hello` come all that are retained or quiet, in place of those held; later
+each that is otherwise, once.
 """
 
 from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pondwatch.core.errors import Invalid
 
-from .source import Changes, Patch, Raster
+from .source import Alarms, Changes, Patch, Raster
 
 Frame = str | bytes
 
 _LENGTH = struct.Struct(">I")
 _PATCH_FIELDS = ("layer", "x", "y", "width", "height", "revision", "mime")
+
+
+@dataclass(frozen=True, slots=True)
+class Bells:
+    """Alarms as frames by their ids, with whether each is of interest to one who comes only now."""
+
+    version: int
+    frames: Mapping[int, tuple[str, bool]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +44,7 @@ class Delivery:
     full: bool
     frames: tuple[Frame, ...]
     status: str
+    bells: Bells
 
 
 def hello(session: str, revision: int, raster: Raster, *, full: bool) -> str:
@@ -49,8 +62,14 @@ def beat(revision: int, at: str) -> str:
     return _text("beat", {"revision": revision, "at": at})
 
 
-def delivery(changes: Changes) -> Delivery:
-    """The frames that carry these changes."""
+def bells(alarms: Alarms) -> Bells:
+    """The frames that carry these alarms."""
+    frames = {row["id"]: (_text("alarm", row), bool(row["retained"] or row["quiet"])) for row in alarms.rows}
+    return Bells(alarms.version, frames)
+
+
+def delivery(changes: Changes, rung: Bells | None = None) -> Delivery:
+    """The frames that carry these changes. rung: the alarms' frames made last; taken again if they are the same."""
     frames: list[Frame] = [patch_frame(patch) for patch in changes.patches]
     if changes.rods:
         frames.append(_text("rods", {"revision": changes.revision, "rods": changes.rods}))
@@ -60,7 +79,8 @@ def delivery(changes: Changes) -> Delivery:
         frames.append(_text("notes", {"notes": changes.notes}))
     frames += [_text("job", {**job, "revision": changes.revision}) for job in changes.jobs]
     status = _text("session", {**changes.session, "revision": changes.revision})
-    return Delivery(changes.revision, changes.full, tuple(frames), status)
+    fresh = rung if rung is not None and rung.version == changes.alarms.version else bells(changes.alarms)
+    return Delivery(changes.revision, changes.full, tuple(frames), status, fresh)
 
 
 def patch_frame(patch: Patch) -> bytes:

@@ -33,6 +33,15 @@ class Patch:
 
 
 @dataclass(frozen=True, slots=True)
+class Alarms:
+    """A session's alarms as they stand, each with its `id` and whether it is still of interest (`retained`, `quiet`).
+    version: grows with every change."""
+
+    version: int = 0
+    rows: tuple[dict[str, Any], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Changes:
     """What is otherwise since a revision, as one consistent state.
 
@@ -50,6 +59,7 @@ class Changes:
     patches: list[Patch]
     jobs: list[dict[str, Any]]
     notes: list[dict[str, Any]] = field(default_factory=list)
+    alarms: Alarms = Alarms()
 
 
 class Source(Protocol):

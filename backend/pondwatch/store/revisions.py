@@ -152,6 +152,16 @@ def rod_rows(connection: Connection, session_id: str, since: int = -1) -> Sequen
     return connection.execute(query).mappings().all()
 
 
+def readings_of(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> list[RowMapping]:
+    """The readings of some rods, in no order; those never read have none."""
+    c = rod_readings.c
+    found: list[RowMapping] = []
+    for start in range(0, len(rod_ids), 500):  # a statement takes only so many values
+        some = c.rod_id.in_(rod_ids[start : start + 500])
+        found += connection.execute(select(rod_readings).where(c.session_id == session_id, some)).mappings()
+    return found
+
+
 def tile_rows(connection: Connection, session_id: str, layer: str, since: int = -1) -> Sequence[RowMapping]:
     """Tiles of a layer that changed after a revision, row by row."""
     query = select(tiles).where(tiles.c.session_id == session_id, tiles.c.layer == layer, tiles.c.revision > since)

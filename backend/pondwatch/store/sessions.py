@@ -13,6 +13,7 @@ from sqlalchemy import Connection, Row, func, insert, select, update
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
+from .alarmtables import baselines
 from .tables import corrections, poses, rod_readings, rods, sessions, snapshots
 
 
@@ -43,7 +44,7 @@ class Session:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is counted over a session's rows."""
+    """What is counted over a session's rows, and the session that it is held against."""
 
     snapshots: int
     placed: int
@@ -53,6 +54,7 @@ class Facts:
     rods_seen: int
     last_captured_ms: int | None
     last_received_ms: int | None
+    baseline: str | None
 
     @property
     def pending(self) -> int:
@@ -134,6 +136,7 @@ def facts(connection: Connection, session_id: str) -> Facts:
     counts = {row.status: row[1] for row in connection.execute(by_status)}
     n_rods = connection.execute(select(func.count()).where(rods.c.session_id == session_id)).scalar_one()
     seen = select(func.count()).where(rod_readings.c.session_id == session_id, rod_readings.c.state != "unseen")
+    chosen = select(baselines.c.baseline_id).where(baselines.c.session_id == session_id)
     return Facts(
         n,
         counts.get("placed", 0),
@@ -143,6 +146,7 @@ def facts(connection: Connection, session_id: str) -> Facts:
         connection.execute(seen).scalar_one(),
         captured,
         received,
+        connection.execute(chosen).scalar_one_or_none(),
     )
 
 
