@@ -68,7 +68,8 @@ class Guarded:
         """A revision in which rods read so."""
         session_id = session or self.house.session
         found = self.house.store.read(lambda c: sessions.get(c, session_id))
-        new = NewRevision(session_id, found.revision, found.covered_through, rods=readings)
+        at_ms = round(1000 * self.time.at_s)
+        new = NewRevision(session_id, found.revision, found.covered_through, at_ms, rods=readings)
         self.house.store.write(lambda c: revisions.write(c, new))
 
     def set_state(self, state: State) -> None:
