@@ -15,7 +15,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from . import __version__
-from .api import alarms, compare, corrections, health, jobs, people, problems, results, sessions, snapshots
+from .api import alarms, compare, corrections, exports, health, jobs, people, problems, results, sessions, snapshots
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
 from .api.services import Services
@@ -125,7 +125,7 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for module in (sessions, snapshots, results, people, corrections, alarms, jobs, compare, health):
+    for module in (sessions, snapshots, results, people, corrections, exports, alarms, jobs, compare, health):
         app.include_router(module.router)
     app.include_router(live_router(hub, settings.allowed_origins))
     app.mount("/", FrontEnd(frontend_dir()), name="front end")

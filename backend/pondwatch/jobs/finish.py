@@ -1,4 +1,4 @@
-"""The end of a session: no more uploads, then one last correction over everything at once."""
+"""The end of a session: no more uploads, then one last correction over everything at once, then the seal."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pondwatch.store.store import Store
 
 from .advance import Step, base, pose_row
 from .lanes import Lane
+from .sealing import seal_if_possible
 from .tasks import Outcome
 
 
@@ -61,5 +62,6 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
         return Step(revision, 0, 0, outcome.patches, State.FINISHED)
 
     step = store.write(unit)
+    seal_if_possible(store, session_id, now_ms)
     lane.call("forget", session_id)
     return step

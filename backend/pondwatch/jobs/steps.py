@@ -19,7 +19,7 @@ from pondwatch.store import jobs, sessions, snapshots
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.store import Store
 
-from . import advance, correct, finish
+from . import advance, correct, finish, sealing
 from .advance import CannotLoad, Step
 from .lanes import Lane, TaskFailed, WorkerLost
 
@@ -91,7 +91,8 @@ class Steps:
         return step.left > 0 or step.state is State.FINISHING
 
     def _correct(self, lane: Lane, session: Session, trouble: Trouble) -> bool:
-        """Correct a finished session by a further method, where that was asked for."""
+        """Seal a finished session where that was cut off; correct it by a further method, where that was asked for."""
+        sealing.seal_if_possible(self._store, session.id, self._now_ms())
         left = correct.settle(self._store, lane, session.id, self._now_ms())
         if left is not None:
             trouble.tries = 0

@@ -14,7 +14,7 @@ from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
 from .alarmtables import baselines
-from .tables import corrections, poses, rod_readings, rods, sessions, snapshots
+from .tables import corrections, poses, rod_readings, rods, seals, sessions, snapshots
 
 
 class State(enum.StrEnum):
@@ -157,15 +157,13 @@ def set_state(connection: Connection, session_id: str, state: State, finished_ms
 
 
 def unfinished(connection: Connection) -> list[str]:
-    """Sessions with snapshots that no revision covers, or whose finishing or a further correction was cut off."""
+    """Sessions with snapshots that no revision covers, or whose finishing, seal or a further correction was cut off."""
     newest = select(func.max(snapshots.c.id)).where(snapshots.c.session_id == sessions.c.id).scalar_subquery()
     behind = (sessions.c.state == State.FINISHING) | (func.coalesce(newest, 0) > sessions.c.covered_through)
     again = select(corrections.c.session_id).where(corrections.c.state.in_(("queued", "running")))
-    return list(
-        connection.execute(
-            select(sessions.c.id).where(behind | sessions.c.id.in_(again)).order_by(sessions.c.id)
-        ).scalars()
-    )
+    unsealed = (sessions.c.state == State.FINISHED) & sessions.c.id.not_in(select(seals.c.session_id))
+    due = behind | unsealed | sessions.c.id.in_(again)
+    return list(connection.execute(select(sessions.c.id).where(due).order_by(sessions.c.id)).scalars())
 
 
 def _session(row: Row[Any], rods_: tuple[Rod, ...]) -> Session:

@@ -1,4 +1,4 @@
-"""The store of a data folder: the database's one writer, its readers and the blobs."""
+"""The store of a data folder: the database's one writer, its readers, the blobs and the signing key."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from sqlalchemy.exc import DBAPIError
 
 from .blobs import FolderBlobs
 from .engine import FolderLock, migrate, reader_engine, writer_engine
+from .signing import Signer
 from .uow import Writer, database_error
 
 T = TypeVar("T")
@@ -27,7 +28,9 @@ class Store:
     def __init__(self, folder: Path, url: str) -> None:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._lock = FolderLock(folder)
+        self.folder = folder
         self.blobs = FolderBlobs(folder / "blobs")
+        self.signer = Signer(folder)
         self._writing = writer_engine(url)
         migrate(self._writing)
         self._reading = reader_engine(url)

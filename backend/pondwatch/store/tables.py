@@ -243,6 +243,14 @@ correction_rods = Table(
     CheckConstraint("state IN ('empty', 'partial', 'full', 'unseen')", name="state"),
 )
 
+seals = Table(
+    "seals",
+    metadata,
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
+    Column("manifest", LargeBinary, nullable=False),  # JSON, as it was signed
+    Column("signature", LargeBinary, nullable=False),
+)
+
 jobs = Table(
     "jobs",
     metadata,
