@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,38 +43,46 @@ class Case:
     goal: Goal
 
 
+WALL_PX = 48.0  # from the wall to the nearest snapshot's centre: a robot has a hull
+
+
+def _spec(**options: Any) -> SimulationSpec:
+    return SimulationSpec(margin_px=WALL_PX, **options)
+
+
 CASES = (
-    Case("plain", SimulationSpec(print_colours=True, image_kind="png"), Goal(0.005, 0, 0.02, 0.995)),
+    Case("plain", _spec(print_colours=True, image_kind="png"), Goal(0.005, 0, 0.02, 0.995)),
     Case(
         "wide-noise (0.64 pitch)",
-        SimulationSpec(print_colours=True, image_kind="png", noise_pitch=0.64, noise_theta_rad=0.15),
+        _spec(print_colours=True, image_kind="png", noise_pitch=0.64, noise_theta_rad=0.15),
         Goal(0.025, 0.001, 0.02, 0.99),
     ),
-    Case("murky", SimulationSpec(water="murky", quality=85), Goal(0.01, 0, 0.1, 0.99)),
+    Case("murky", _spec(water="murky", quality=85), Goal(0.01, 0, 0.1, 0.99)),
     Case(
         "drifting",
-        SimulationSpec(path="smooth", noise="drift", noise_pitch=0.48, noise_theta_rad=0.12),
+        _spec(path="smooth", noise="drift", noise_pitch=0.48, noise_theta_rad=0.12),
         Goal(0.01, 0, 0.05, 0.99),
     ),
     Case(
         "paper-geometry",
-        SimulationSpec(coverage=1.09, noise_pitch=0.08, noise_theta_rad=0.5, theta_range_rad=2.0),
+        _spec(coverage=1.09, noise_pitch=0.08, noise_theta_rad=0.5, theta_range_rad=2.0),
         Goal(0.01, 0, 0.05, 0.99),
     ),
     Case(
         "pose noise 0.96 pitch, heading 0.2 rad",
-        SimulationSpec(noise_pitch=0.96, noise_theta_rad=0.2),
+        _spec(noise_pitch=0.96, noise_theta_rad=0.2),
         Goal(0.04, 0.002, 0.02, 0.98),
     ),
     Case(
         "heading unknown, position within 0.1 pitch",
-        SimulationSpec(noise_pitch=0.1, heading_known=False, theta_range_rad=np.pi),
+        _spec(noise_pitch=0.1, heading_known=False, theta_range_rad=np.pi),
         Goal(0.01, 0, 0.05, 0.99),
     ),
-    Case("8 % of poses grossly wrong", SimulationSpec(outliers=0.08), Goal(0.01, 0, 0.05, 0.99)),
-    Case("square lattice, other pitch", SimulationSpec(lattice="square", pitch_px=52.0), Goal(0.01, 0, 0.05, 0.99)),
-    Case("all rods empty", SimulationSpec(fills="empty"), Goal(None, 0.01, None, 0.99)),
-    Case("unmapped floor, after alignment", SimulationSpec(mapped=False), Goal(0.01, 0, 0.1, None)),
+    Case("8 % of poses grossly wrong", _spec(outliers=0.08), Goal(0.01, 0, 0.05, 0.99)),
+    Case("square lattice, other pitch", _spec(lattice="square", pitch_px=52.0), Goal(0.01, 0, 0.05, 0.99)),
+    Case("all rods empty", _spec(fills="empty"), Goal(None, 0.01, None, 0.99)),
+    Case("unmapped floor, after alignment", _spec(mapped=False), Goal(0.01, 0, 0.1, None)),
+    Case("robots up to the wall", SimulationSpec(), Goal(0.01, 0, 0.05, 0.99)),
 )
 
 

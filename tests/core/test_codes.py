@@ -151,3 +151,23 @@ def test_one_filled_rod_among_many_hollow_ones_is_a_second_level():
 def test_too_few_sectors_teach_nothing():
     assert not learn_palette(np.zeros((3, 3))).two_levels
     assert np.isfinite(learn_palette(np.zeros((0, 3))).share(np.zeros((2, 3)))).all()
+
+
+def test_a_filling_of_another_hue_is_told_apart_though_the_light_wanders_more():
+    rng = np.random.default_rng(5)
+    light = 0.15 * rng.standard_normal((1200, 1))  # moves all channels alike, further than the filling does
+    looks = _clusters(np.zeros(3), np.array([0.2, -0.1, 0.05]), rng, noise=0.03) + light
+
+    palette = learn_palette(looks)
+
+    assert palette.two_levels
+    share = palette.share(looks)
+    assert (share[:600] < 0.5).mean() > 0.99
+    assert (share[600:] > 0.5).mean() > 0.99
+
+
+def test_light_that_wanders_over_hollow_rods_makes_no_second_level():
+    rng = np.random.default_rng(6)
+    looks = 0.03 * rng.standard_normal((2000, 3)) + 0.3 * rng.standard_normal((2000, 1))
+
+    assert not learn_palette(looks).two_levels

@@ -251,3 +251,14 @@ def test_a_bundle_is_not_written_over_another(tmp_path):
 def test_a_spec_out_of_range_is_refused_by_name(wrong):
     with pytest.raises(Invalid, match=next(iter(wrong))):
         simulate(SimulationSpec(**wrong), 0)
+
+
+def test_robots_keep_their_distance_from_the_wall():
+    for path in ("uniform", "sweep", "smooth"):
+        spec = SimulationSpec(path=path, margin_px=48.0)
+        low, high = spec.margin_m, np.array(spec.pond_size_m) - spec.margin_m
+
+        poses = Simulation(spec, 3).truth_poses[:, :2]
+
+        assert (poses >= low).all()
+        assert (poses <= high).all()

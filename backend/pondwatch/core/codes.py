@@ -22,6 +22,10 @@ ANNULUS_SHARES = (0.15, 0.25, 0.35)  # of the way from inner to outer radius: cl
 OFFSET = 8.0  # grey levels; keeps the log ratio of dark pixels finite
 LEAST_STEP = 0.12  # log ratio between hollow and filled, under which there is one cluster only
 LEAST_SEPARATION = 4.5  # between the clusters, in their own spreads
+DISCRIMINANT_ROUNDS, LEAST_WITHIN = 4, 0.02  # log ratio
+DIPPED_SEPARATION, DIP = 3.0, 0.5  # enough, where between them lies a dip this deep, as a share of the lesser peak
+
+_Parting = tuple[Float, tuple[float, float, float, bool]]  # a line, and `_two_means` on it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,13 +104,52 @@ def learn_palette(ratio: Float) -> Palette:
     if len(ratio) < SECTORS:
         return Palette(np.full(3, -1 / np.sqrt(3)), 0.0, 1.0, 0.15, False)
     centre = np.median(ratio, axis=0)
-    axis = np.linalg.svd(ratio - centre, full_matrices=False)[2][0]
-    axis = axis * (-np.sign(axis.sum()) or 1.0)  # towards darker
-    low, high, spread, two = _two_means(ratio @ axis)
+    starts = np.linalg.svd(ratio - centre, full_matrices=False)[2]
+    axis, (low, high, spread, two) = max((_parted(ratio, a) for a in starts), key=_how_well)
     if not two:
         return _one_level(centre)
     hollow, filled = (low, high) if _lower_is_hollow(ratio, axis, low, high) else (high, low)
     return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), True)
+
+
+def _parted(ratio: Float, axis: Float) -> _Parting:
+    """The best parting into two clusters that is found from one line on, by turning it to their discriminant."""
+    axis = axis * (-np.sign(axis.sum()) or 1.0)  # towards darker
+    best: _Parting = (axis, _two_means(ratio @ axis))
+    for _ in range(DISCRIMINANT_ROUNDS):
+        axis = _discriminant(ratio, best[0], *best[1][:2])
+        found: _Parting = (axis, _two_means(ratio @ axis))
+        if _how_well(found) <= _how_well(best):
+            break
+        best = found
+    return best
+
+
+def _how_well(parting: _Parting) -> tuple[bool, float]:
+    """Whether there are two clusters, and how far apart they are in their own spreads."""
+    low, high, spread, two = parting[1]
+    return two, (high - low) / max(spread, 1e-9)
+
+
+def _discriminant(ratio: Float, axis: Float, low: float, high: float) -> Float:
+    """The line on which two clusters lie furthest apart for their own spread.
+
+    Where light wanders over the floor, most of what varies is brightness, and the filling may differ in hue.
+    (R. A. Fisher, doi 10.1111/j.1469-1809.1936.tb02137.x.)
+    """
+    along = ratio @ axis
+    step = high - low
+    groups = [ratio[np.abs(along - level) < 0.4 * step] for level in (low, high)]
+    if step <= 0 or min(len(g) for g in groups) < SECTORS:
+        return axis
+    centres = [np.median(g, axis=0) for g in groups]
+    apart = centres[1] - centres[0]
+    off = np.concatenate([g - c for g, c in zip(groups, centres, strict=True)])
+    far = np.linalg.norm(off, axis=1)
+    off = off[far <= np.percentile(far, 98)]
+    within = off.T @ off / len(off) + LEAST_WITHIN**2 * np.eye(3)
+    new = np.linalg.solve(within, apart)
+    return np.asarray(new / np.linalg.norm(new))
 
 
 def _lower_is_hollow(ratio: Float, axis: Float, low: float, high: float) -> bool:
@@ -129,8 +172,15 @@ def _two_means(x: Float) -> tuple[float, float, float, bool]:
     deviation = np.abs(x - np.where(upper, high, low))
     spread = 1.4826 * float(np.median(deviation))
     few = min(int(upper.sum()), int((~upper).sum())) < SECTORS // 4
-    two = high - low > max(LEAST_STEP, LEAST_SEPARATION * spread) and not few
+    enough = DIPPED_SEPARATION if _dipped(x, low, high) else LEAST_SEPARATION
+    two = high - low > max(LEAST_STEP, enough * spread) and not few
     return low, high, spread, two
+
+
+def _dipped(x: Float, low: float, high: float) -> bool:
+    """Whether there is less halfway between two levels than at either."""
+    at = [int((np.abs(x - level) < 0.1 * (high - low)).sum()) for level in (low, (low + high) / 2, high)]
+    return at[1] < DIP * min(at[0], at[2])
 
 
 def _one_level(centre: Float) -> Palette:

@@ -54,6 +54,7 @@ class SimulationSpec:
 
     path: Path = "uniform"
     theta_range_rad: float = 1.0
+    margin_px: float = 0.0  # between the pond's wall and the centres of snapshots
 
     noise: Noise = "independent"
     noise_pitch: float = 0.32
@@ -76,6 +77,11 @@ class SimulationSpec:
         return width_px * camera.metres_per_pixel, width_px * 11 / 16 * camera.metres_per_pixel
 
     @property
+    def margin_m(self) -> float:
+        """Between the wall and the centres of snapshots, m."""
+        return self.margin_px * self.camera.metres_per_pixel
+
+    @property
     def pitch_m(self) -> float:
         """The lattice's pitch, m."""
         return self.pitch_px * self.camera.metres_per_pixel
@@ -89,6 +95,7 @@ class SimulationSpec:
             "snapshots": (1, 100_000), "robots": (1, 1000), "coverage": (0.01, 1000), "pitch_px": (12, 2000),
             "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
             "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
+            "margin_px": (0, 0.45 * min(self.pond_size_m) / self.camera.metres_per_pixel),
         }  # fmt: skip
         for name, (low, high) in ranges.items():
             value = getattr(self, name)

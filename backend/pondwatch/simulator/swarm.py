@@ -20,8 +20,7 @@ def robots_in_turn(spec: SimulationSpec) -> Int:
 def true_poses(spec: SimulationSpec, rng: np.random.Generator) -> Float:
     """(N, 3), m, m, rad, pond frame, image centres inside the pond."""
     if spec.path == "uniform":
-        low, high = (0.0, 0.0, -spec.theta_range_rad), (*spec.pond_size_m, spec.theta_range_rad)
-        return rng.uniform(low, high, (spec.snapshots, 3))
+        return rng.uniform(*_bounds(spec), (spec.snapshots, 3))
     poses = np.empty((spec.snapshots, 3))
     turns = robots_in_turn(spec)
     for robot in range(spec.robots):
@@ -34,8 +33,7 @@ def true_poses(spec: SimulationSpec, rng: np.random.Generator) -> Float:
 def _smooth(spec: SimulationSpec, _: int, count: int, rng: np.random.Generator) -> Float:
     """A curve through random waypoints."""
     legs = max(3, -(-count // _LEG) + 1)
-    width, height = spec.pond_size_m
-    low, high = (0.0, 0.0, -spec.theta_range_rad), (width, height, spec.theta_range_rad)
+    low, high = _bounds(spec)
     curve = CubicSpline(np.arange(legs), rng.uniform(low, high, (legs, 3)))(np.linspace(0, legs - 1, count))
     return np.clip(curve, low, high)
 
@@ -53,8 +51,16 @@ def _sweep(spec: SimulationSpec, robot: int, count: int, rng: np.random.Generato
     x = (robot + (column + 0.5) / columns) * strip
     jitter = rng.normal(0, step_m / 6, (count, 2))
     theta = np.clip(np.cumsum(rng.normal(0, 0.15, count)) + rng.uniform(-0.3, 0.3), *_limits(spec.theta_range_rad))
-    xy = np.clip(np.column_stack([x, y]) + jitter, 0, (width, height))
+    low, high = _bounds(spec)
+    xy = np.clip(np.column_stack([x, y]) + jitter, low[:2], high[:2])
     return np.column_stack([xy, theta])
+
+
+def _bounds(spec: SimulationSpec) -> tuple[Float, Float]:
+    """(3,), (3,): the least and the greatest pose."""
+    width, height = spec.pond_size_m
+    margin, turn = spec.margin_m, spec.theta_range_rad
+    return np.array([margin, margin, -turn]), np.array([width - margin, height - margin, turn])
 
 
 def _limits(theta_range_rad: float) -> tuple[float, float]:
