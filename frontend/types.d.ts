@@ -7,7 +7,7 @@ declare interface Counts { snapshots: number; placed: number; uncertain: number;
 declare interface SessionFacts {
   id: string; name: string; state: string; revision: number; created_at?: string; camera?: Camera; pond?: Pond;
   rods?: number; counts?: Partial<Counts>; coverage?: number | null; quality?: { sentence?: string; [name: string]: unknown } | null;
-  pose_noise?: { sigma_xy_m: number; sigma_theta_rad: number } | null;
+  baseline?: string | null; pose_noise?: { sigma_xy_m: number; sigma_theta_rad: number } | null;
 }
 declare interface PoseRow {
   robot: string; sequence: number; boot?: number; x_m: number | null; y_m: number | null; theta_rad: number | null;

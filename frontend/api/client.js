@@ -80,6 +80,28 @@ export function closeNote(session, note, by) {
   return post(`/api/sessions/${encodeURIComponent(session)}/notes/${note}/close`, { by });
 }
 
+/** As they stand, and the limits in force. @param {string} session @returns {Promise<{limits?: {[name: string]: number}}>} */
+export function alarmsOf(session) {
+  return get(`/api/sessions/${encodeURIComponent(session)}/alarms`);
+}
+
+/** What became of them, the newest first. @param {string} session @param {number | null} before
+ * @returns {Promise<{events: {at: string, title: string, subject: string, act: string, by: string | null, text: string}[], next: number | null}>} */
+export function alarmEvents(session, before) {
+  return get(`/api/sessions/${encodeURIComponent(session)}/alarms/events${before === null ? '' : `?before=${before}`}`);
+}
+
+/** The same to some alarms, each answered for itself. @param {string} session @param {string} act @param {number[]} alarms
+ * @param {{comment: string, by: string, for_s?: number}} said @returns {Promise<{status: number, detail?: string}[]>} */
+export async function actOnAlarms(session, act, alarms, said) {
+  return (await post(`/api/sessions/${encodeURIComponent(session)}/alarms/${act}`, { alarms, ...said })).results;
+}
+
+/** What its rods are held against. @param {string} session @param {string | null} baseline an earlier session, or none @returns {Promise<object>} */
+export function setBaseline(session, baseline) {
+  return post(`/api/sessions/${encodeURIComponent(session)}/baseline`, { baseline }, 'PUT');
+}
+
 /** @param {string} session @param {string} rod */
 function rodPath(session, rod) {
   return `/api/sessions/${encodeURIComponent(session)}/rods/${encodeURIComponent(rod)}`;
@@ -104,10 +126,10 @@ function get(path) {
   return ask(path, { headers: { accept: 'application/json' } });
 }
 
-/** @param {string} path @param {object} body @returns {Promise<any>} */
-function post(path, body) {
+/** @param {string} path @param {object} body @param {string} [method] @returns {Promise<any>} */
+function post(path, body, method = 'POST') {
   const headers = { accept: 'application/json', 'content-type': 'application/json' };
-  return ask(path, { method: 'POST', headers, body: JSON.stringify(body) });
+  return ask(path, { method, headers, body: JSON.stringify(body) });
 }
 
 /** @param {string} path @param {RequestInit} init @returns {Promise<any>} */

@@ -4,6 +4,8 @@
  * No DOM, no clock of its own.
  */
 
+import { Alarms } from './alarms.js';
+
 /** @typedef {{pose: PoseRow, heardAt: number}} RobotFacts heardAt: epoch ms, the server's clock */
 
 export class Inspection extends EventTarget {
@@ -15,6 +17,7 @@ export class Inspection extends EventTarget {
   /** @type {Map<string, RobotFacts>} */ robots = new Map();
   /** @type {Map<string, {[field: string]: any}>} */ jobs = new Map();
   /** @type {Map<number, Note>} */ notes = new Map();
+  alarms = new Alarms();
   /** Epoch ms, the page's clock: when data (not a beat) last came, and when a revision was last complete. */
   dataAt = 0;
   /** Server's clock less the page's, ms. */
@@ -66,6 +69,7 @@ export class Inspection extends EventTarget {
       case 'poses': this.#poses(message.poses); break;
       case 'rods': for (const rod of message.rods) this.rods.set(rod.rod_id, rod); break;
       case 'notes': for (const note of message.notes) this.notes.set(note.id, note); break;
+      case 'alarm': this.alarms.apply(/** @type {any} */ (message)); break;
       case 'job': this.jobs.set(message.id ?? message.kind, message); break;
       case 'session': this.#complete(message, nowMs); break;
       case 'beat': this.clockSkewMs = Date.parse(message.at) - nowMs; break;
@@ -76,6 +80,7 @@ export class Inspection extends EventTarget {
   /** @param {{[field: string]: any}} message */
   #hello(message) {
     this.raster = message.raster;
+    this.alarms.clear(); // they come anew
     this.#full = message.full ?? this.revision === null;
     if (!this.#full) return;
     this.rods.clear();

@@ -1,7 +1,8 @@
 // @ts-check
 /** What is known of each robot, for the strip and the map. Pure. */
 
-export const SILENT_S = 10;
+/** The server's own limit wins, once it is known. */
+export const SILENT_S = 8;
 
 /** @typedef {'heard' | 'silent' | 'ended' | 'unknown'} Hearing */
 /** @typedef {{name: string, pose: PoseRow, ageS: number | null, hearing: Hearing, driftM: number | null}} RobotView */
@@ -17,7 +18,7 @@ export function robotViews(inspection, nowMs, linked = true) {
   return [...inspection.robots]
     .map(([name, { pose, heardAt }]) => {
       const ageS = Number.isFinite(heardAt) ? Math.max(0, (inspection.serverMs(nowMs) - heardAt) / 1000) : null;
-      return { name, pose, ageS, hearing: hearingOf(linked ? ageS : null, state), driftM: driftOf(pose) };
+      return { name, pose, ageS, hearing: hearingOf(linked ? ageS : null, state, inspection.alarms?.limits.robot_silent_s ?? SILENT_S), driftM: driftOf(pose) };
     })
     .sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
 }
@@ -27,11 +28,11 @@ export function isRunning(state) {
   return !['finished', 'finishing', 'failed', 'closed'].includes(state);
 }
 
-/** @param {number | null} ageS @param {string} state @returns {Hearing} */
-function hearingOf(ageS, state) {
+/** @param {number | null} ageS @param {string} state @param {number} silentS @returns {Hearing} */
+function hearingOf(ageS, state, silentS) {
   if (!isRunning(state)) return 'ended';
   if (ageS === null) return 'unknown';
-  return ageS >= SILENT_S ? 'silent' : 'heard';
+  return ageS >= silentS ? 'silent' : 'heard';
 }
 
 /** How far the correction moved the pose that came in, m. @param {PoseRow} pose */

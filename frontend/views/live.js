@@ -6,14 +6,13 @@ import { Intake } from '../live/intake.js';
 import { Link } from '../live/link.js';
 import { decode } from '../map/raster.js';
 import { format as addressOf } from '../state/address.js';
-import { attentionOf } from '../state/attention.js';
 import * as format from '../state/format.js';
 import { Inspection } from '../state/inspection.js';
 import { Options } from '../state/options.js';
 import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
-import { Attention } from './attention.js';
+import { AlarmDesk } from './alarms.js';
 import { Finish } from './finish.js';
 import { Health } from './health.js';
 import { helpDialog } from './help.js';
@@ -38,7 +37,6 @@ export class Live {
   #summary = new Summary();
   #health = new Health(() => this.#goNext());
   #legend = new LayerLegend();
-  #attention = new Attention((note) => this.#goToNote(note));
   #pulse = new Pulse();
   #mapBox = h('div', { class: 'map', id: 'map', tabindex: '0', role: 'application', 'aria-label': 'Map of the pond; arrow keys pan, plus and minus zoom' });
   #banner = h('div', { class: 'banner', role: 'alert' }, h('strong'), h('span'));
@@ -54,7 +52,8 @@ export class Live {
   constructor(facts, { rod, show }) {
     this.inspection = new Inspection(facts);
     this.#finish = new Finish(facts.id);
-    this.#bar = new TopBar([this.#finish.button]);
+    this.alarms = new AlarmDesk(this.inspection, (alarm) => this.#goToAlarm(alarm));
+    this.#bar = new TopBar([this.alarms.button, this.#finish.button]);
     this.options = new Options().read(show);
     this.time = new Timekeeper(this.inspection);
     this.#column.append(this.time.bar.element);
@@ -62,11 +61,11 @@ export class Live {
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
-    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.#attention.element, this.#summary.element, this.#health.element);
+    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#summary.element, this.#health.element);
     this.#actions = this.#makeActions();
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
-    this.element = h('div', {}, this.#bar.element, this.#main, this.help, this.#finish.dialog);
+    this.element = h('div', {}, this.#bar.element, this.#main, this.help, this.#finish.dialog, ...this.alarms.overlays);
     this.link = new Link(world(facts.id), () => this.inspection.revision);
     this.intake = new Intake({
       decode,
@@ -95,6 +94,7 @@ export class Live {
     listen(this.#actions);
     setInterval(() => this.#tick(), CLOCK_MS);
     this.#update();
+    void this.alarms.start();
     link.start();
   }
 
@@ -105,6 +105,7 @@ export class Live {
     const { options } = this;
     const map = (/** @type {(view: PondView) => void} */ run) => () => { if (this.#view) run(this.#view); };
     return [
+      ...this.alarms.actions,
       { keys: ['c'], word: 'Raw or corrected poses', run: () => options.togglePicture() },
       { keys: ['l'], word: 'Next layer: looks, age, uncertainty', run: () => options.nextLayer() },
       { keys: ['r'], word: 'Rods', run: () => options.toggle('rods') },
@@ -148,7 +149,7 @@ export class Live {
       find: (id) => this.#find(id), rods: (pond.rods ?? []).map((rod) => rod.id), measure: () => view.toggleMeasure(), table: () => this.tables.toggle(true), help: () => this.help.showModal(),
     });
     this.#column.prepend(toolbar.element);
-    this.#area.append(this.tables.element, tools(view));
+    this.#area.append(this.tables.element, this.alarms.list.element, tools(view));
     if (this.#rodWanted) this.#find(this.#rodWanted);
   }
 
@@ -178,14 +179,14 @@ export class Live {
     this.#view?.recount();
     this.#bar.update(this.inspection, this.link, now);
     this.#finish.update(this.inspection.facts.state);
-    const linked = this.link.state === 'live' || this.link.state === 'reconnecting' || !this.time.live;
+    const linked = ['live', 'reconnecting'].includes(this.link.state) || !this.time.live;
     const robots = robotViews(this.time.shown, now, linked);
     if (this.#view) this.#view.linked = linked;
     this.strip.update(robots);
     const hearing = robots.map((robot) => robot.hearing).join();
     if (hearing !== this.#hearing) this.#view?.repaint();
     this.#hearing = hearing;
-    this.#attention.update(attentionOf(this.time.shown, robots, this.#view?.looks ?? null));
+    this.alarms.update(this.time.shown, this.#serverMs);
     this.#health.update(this.#pulse, this.time.shown, this.#view?.looks ?? null);
     this.#legend.update(this.options, this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null);
     setAttribute(this.#main, 'data-link', this.link.state);
@@ -244,6 +245,7 @@ export class Live {
   }
 
   #close() {
+    if (this.alarms.close()) return;
     if (!this.tables.element.hidden) this.tables.toggle(false);
     else if (this.rodPanel.rodId) this.rodPanel.close();
     else if (this.#view) {
@@ -265,12 +267,12 @@ export class Live {
     if (pose.x_m !== null && pose.y_m !== null) this.#view?.map.goTo(pose.x_m, pose.y_m);
   }
 
-  /** @param {import('../state/attention.js').Note} note */
-  #goToNote({ rod, robot, place }) {
-    if (rod) this.#find(rod);
-    const view = robotViews(this.time.shown, Date.now()).find(({ name }) => name === robot);
-    if (view) this.#goToRobot(view);
-    if (place) this.#goNext();
+  /** @param {import('../state/alarms.js').Alarm} alarm */
+  #goToAlarm({ kind, subject }) {
+    const robot = robotViews(this.time.shown, Date.now()).find(({ name }) => name === subject);
+    if (kind.startsWith('rod-')) this.#find(subject);
+    else if (robot) this.#goToRobot(robot);
+    else if (kind === 'coverage-stale') this.#goNext();
   }
 
   /** The view as the page's address. */

@@ -16,6 +16,7 @@ export class TopBar {
   #link = h('span', { class: 'link', role: 'status', id: 'link-state' });
   #age = h('b', { id: 'data-age' });
   #ageBox;
+  #ringing = 0;
 
   /** @param {HTMLElement[]} actions buttons of the page, at the right end */
   constructor(actions = []) {
@@ -29,7 +30,7 @@ export class TopBar {
   /** @param {string} text */
   set title(text) {
     setText(this.#title, text);
-    document.title = `${text} · Pondwatch`;
+    document.title = `${this.#ringing ? `(${this.#ringing}) ` : ''}${text} · Pondwatch`;
   }
 
   /**
@@ -37,6 +38,7 @@ export class TopBar {
    * @param {import('../live/link.js').Link} link @param {number} nowMs
    */
   update(inspection, link, nowMs) {
+    this.#ringing = inspection.alarms.ringing;
     this.title = inspection.facts.name || inspection.facts.id;
     this.#ageBox.hidden = this.#link.hidden = this.#state.hidden = false;
     setText(this.#state, inspection.facts.state);

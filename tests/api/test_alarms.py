@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import json
-import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from websockets.sync.client import connect
 
-from pondwatch.app import create_app
-from pondwatch.config import Settings
-from tests.fakes.lane import InlineLane
 from tests.fakes.robot import Shot, document
+from tests.fakes.whole import whole
 
 from .conftest import Api
 from .test_upload import problem
@@ -28,18 +24,11 @@ SILENT_S = 0.4
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
     """A server that calls a robot silent after less than a second."""
     data = tmp_path_factory.mktemp("alarms")
-    settings = Settings(data=data, workers=1, alarm_silent_s=SILENT_S, alarm_disk_bytes=0)
-    app = create_app(settings, make_lane=lambda _timeout_s: InlineLane())
-    server = uvicorn.Server(uvicorn.Config(app, "127.0.0.1", 0, log_level="error", timeout_graceful_shutdown=1))
-    thread = threading.Thread(target=server.run, daemon=True)
-    thread.start()
-    while not server.started:
-        time.sleep(0.01)
-    port = server.servers[0].sockets[0].getsockname()[1]
-    with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=40) as http:
+    with (
+        whole(data, alarm_silent_s=SILENT_S, alarm_disk_bytes=0) as server,
+        httpx.Client(base_url=server.url, timeout=40) as http,
+    ):
         yield Api(http, data)
-    server.should_exit = True
-    thread.join(10)
 
 
 def ringing(api: Api, session: str, holds: Callable[[list[dict[str, Any]]], bool]) -> list[dict[str, Any]]:

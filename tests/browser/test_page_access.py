@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.fakes.alarms import every_state
 from tests.fakes.server import FakeServer, serving
 
 from .conftest import Desk
@@ -18,6 +19,8 @@ PAGES = {
     "rod": ("/?session=s1&rod=R0100", ""),
     "tables": ("/?session=s1", "d"),
     "keys": ("/?session=s1", "?"),
+    "alarms": ("/?session=s1", "a"),
+    "comment": ("/?session=s1", "q"),
     "inspections": ("/?inspections", ""),
     "missing": ("/?session=nobody", ""),
 }
@@ -27,6 +30,7 @@ PAGES = {
 def still() -> Iterator[FakeServer]:
     with serving() as running:
         running.advance(60)
+        running.source.ring(*every_state())
         yield running
 
 

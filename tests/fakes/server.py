@@ -125,6 +125,18 @@ def make_app(server: FakeServer) -> FastAPI:
             return JSONResponse({"detail": f"There is no session {session!r}."}, 404)
         return JSONResponse({**source.session, "revision": source.revision})
 
+    @app.get("/api/sessions/s1/alarms")
+    def alarms() -> Any:
+        return {"session": "s1", "alarms": source.alarms.rows, "limits": {"robot_silent_s": 8.0}}
+
+    @app.get("/api/sessions/s1/alarms/events")
+    def alarm_events() -> Any:
+        names = ("kind", "subject", "title")
+        told = [
+            {name: row[name] for name in names} | {"id": row["id"], "at": row["since"]} for row in source.alarms.rows
+        ]
+        return {"events": [{**row, "act": "raise", "by": None, "text": "It began."} for row in told], "next": None}
+
     @app.get("/api/sessions/s1/rods/{rod}")
     def rod(rod: str) -> Any:
         poses = [_evidence(pose) for pose in source.changes("s1", None).poses if _shows(server, rod, pose)]

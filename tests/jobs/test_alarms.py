@@ -15,7 +15,7 @@ from pondwatch.jobs import alarmfacts
 from pondwatch.jobs.advance import commit
 from pondwatch.jobs.alarms import Deed
 from pondwatch.jobs.tasks import Outcome
-from pondwatch.store import alarms, revisions, sessions
+from pondwatch.store import alarms, judgements, revisions, sessions
 from pondwatch.store.sessions import State
 from tests.fakes.guarded import GIB, Guarded
 
@@ -85,6 +85,17 @@ def test_a_rod_rings_only_once_its_looks_have_disagreed_for_a_while(guarded: Gua
     assert guarded.at(10.9) == {}
 
     assert guarded.at(11)["rod-conflicting/R0"]["message"] == "Looks at rod R0 disagree."
+
+
+def test_a_rod_that_somebody_judged_does_not_ring_for_its_looks(guarded: Guarded) -> None:
+    guarded.read(rod(RodState.FULL, 1.0, conflicting=True))
+    guarded.at(0)
+    assert guarded.at(5)["rod-conflicting/R0"]["active"]
+    said = judgements.NewJudgement("R0", "full", 1.0, "glare", "Ada")
+    guarded.house.store.write(lambda c: judgements.add(c, guarded.house.session, said, 1))
+    guarded.at(6)
+
+    assert not guarded.at(11)["rod-conflicting/R0"]["active"]
 
 
 def earlier(guarded: Guarded, *readings: RodReading) -> str:

@@ -48,14 +48,14 @@ class Policy:
 
 POLICIES: Mapping[Kind, Policy] = {
     Kind.ROD_CHANGED: Policy(
-        "Rod changed against the baseline",
+        "Rod changed",
         900,
         "Open the rod, compare its snapshots with the baseline's, and tell the shift supervisor.",
         on_s=2.0,
         latches=True,
     ),
     Kind.ROD_CONFLICTING: Policy(
-        "Looks at a rod disagree",
+        "Rod conflicting",
         600,
         "Open the rod and judge its snapshots; send a robot for another look.",
         on_s=5.0,

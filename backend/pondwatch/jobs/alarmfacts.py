@@ -10,7 +10,7 @@ from sqlalchemy import Connection, func, select
 from pondwatch.core.conditions import Limits
 from pondwatch.core.coverage import rods_in_view
 from pondwatch.core.values import Float, Pond, Rod, RodReading
-from pondwatch.store import alarms, revisions, sessions
+from pondwatch.store import alarms, judgements, revisions, sessions
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.tables import poses, snapshots
 
@@ -23,13 +23,14 @@ _GRID = 24  # points a side of a pond without a layout
 @dataclass(slots=True)
 class Facts:
     """Of one session, kept up to date by `look`. since_s: nobody is called silent for what came before. heard_s: when
-    each robot was. seen_twice: share of the rods seen twice lately; None while the window is not over."""
+    each robot was. judged: rods that a person judged. seen_twice: share of the rods seen twice lately; None while the window is not over."""
 
     session: Session
     since_s: float
     heard_s: dict[str, float] = field(default_factory=dict)
     rods: dict[str, RodReading] = field(default_factory=dict)
     baseline: dict[str, RodReading] = field(default_factory=dict)
+    judged: frozenset[str] = frozenset()
     snapshots: int = 0
     doubtful: int = 0
     seen_twice: float | None = None
@@ -43,6 +44,8 @@ class Facts:
         """Read what is new."""
         self.session = sessions.get(connection, self.session.id)
         self._hear(connection)
+        said = judgements.newest(connection, self.session.id)
+        self.judged = frozenset(rod for rod, row in said.items() if row["state"] is not None)
         self._compare(connection)
         revision = self.session.revision
         if revision == self._read_through:

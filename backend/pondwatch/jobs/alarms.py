@@ -156,7 +156,8 @@ class Watch:
     def _conditions(self, watched: _Watched, now_s: float) -> conditions.Conditions:
         facts, limits = watched.facts, self.limits
         rods = facts.rods.values()
-        found = conditions.changed(rods, facts.baseline, limits) | conditions.conflicting(rods, limits)
+        unjudged = [rod for rod in rods if rod.rod_id not in facts.judged]
+        found = conditions.changed(rods, facts.baseline, limits) | conditions.conflicting(unjudged, limits)
         active = {key.kind for key, alarm in watched.board.alarms.items() if alarm.active}
         poor = Kind.CORRECTION_POOR in active
         found |= conditions.poor(facts.snapshots, facts.doubtful, limits, is_active=poor)

@@ -1,0 +1,89 @@
+// @ts-check
+/** Alarms at the top of the side panel, the worst first; a kind of many is one line. Each says what to do. */
+
+import { FLOOD, levelOf, nameOf, stateWords } from '../state/alarms.js';
+import * as format from '../state/format.js';
+import { mark } from './alarmmark.js';
+import { h, setText } from './dom.js';
+
+/** @typedef {import('../state/alarms.js').Alarm} Alarm */
+/** @typedef {import('../state/alarms.js').Alarms} Alarms */
+/** @typedef {{acknowledge: (alarms: Alarm[]) => void, go: (alarm: Alarm) => void, list: () => void}} Uses */
+
+const SHOWN = FLOOD;
+
+export class AlarmPanel {
+  #uses;
+  #title = h('h2', { id: 'alarms-title' });
+  #list = h('ul', { class: 'alarm-lines', id: 'alarm-lines' });
+  #notes = h('ul', { class: 'alarm-lines' });
+  #more = h('button', { type: 'button', id: 'alarm-more', title: 'All alarms and their history (A)' });
+  #shown = -1;
+  #noted = '';
+  /** @type {{age: HTMLElement, since: number}[]} */ #ages = [];
+  element = h('section', { id: 'alarms', 'aria-labelledby': 'alarms-title' }, this.#title, this.#list, this.#notes, this.#more);
+
+  /** @param {Uses} uses */
+  constructor(uses) {
+    this.#uses = uses;
+    this.#more.addEventListener('click', uses.list);
+  }
+
+  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock */
+  update(alarms, notes, nowMs) {
+    if (this.#shown !== alarms.version) this.#draw(alarms);
+    for (const { age, since } of this.#ages) setText(age, format.age((nowMs - since) / 1000));
+    const noted = notes.map(({ text }) => text).join('\n');
+    if (noted === this.#noted) return;
+    this.#noted = noted;
+    this.#notes.replaceChildren(...notes.map(({ severity, text, advice }) => h('li', { 'data-level': levelOf(severity).name },
+      mark(levelOf(severity), true), h('div', { class: 'what' }, h('strong', { text }), h('span', { text: advice })))));
+  }
+
+  /** @param {Alarms} alarms */
+  #draw(alarms) {
+    this.#shown = alarms.version;
+    const held = document.activeElement instanceof HTMLElement && this.#list.contains(document.activeElement) ? document.activeElement.dataset.key : null;
+    this.#ages = [];
+    const lines = alarms.groups.flatMap((group) => (group.flood ? [this.#flood(group)] : group.alarms.slice(0, SHOWN).map((alarm) => this.#line(alarm))));
+    this.#list.replaceChildren(...lines);
+    const { ringing, current, aside } = alarms;
+    setText(this.#title, current.length ? `Alarms · ${current.length}, ${ringing} not acknowledged` : 'No alarms');
+    setText(this.#more, aside.length ? `All alarms · ${aside.length} set aside` : 'All alarms');
+    if (held) /** @type {HTMLElement | null} */ (this.#list.querySelector(`[data-key="${CSS.escape(held)}"]`) ?? this.#list.querySelector('button') ?? this.#more)?.focus();
+  }
+
+  /** @param {Alarm} alarm */
+  #line(alarm) {
+    const age = this.#age(alarm);
+    const name = h('button', { type: 'button', class: 'plain', 'data-key': `go-${alarm.id}`, title: 'Show it on the map', text: nameOf(alarm), onClick: () => this.#uses.go(alarm) });
+    const said = alarm.comment ? `${alarm.comment.by}: ${alarm.comment.text}` : '';
+    return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-rings': String(alarm.rings) }, mark(levelOf(alarm.severity), alarm.rings),
+      h('div', { class: 'what' }, name, h('span', { text: alarm.message }),
+        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: alarm.advice }), said && h('span', { class: 'quiet', text: said })),
+      this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, `Acknowledge ${nameOf(alarm)}`));
+  }
+
+  /** @param {import('../state/alarms.js').Group} group */
+  #flood({ kind, title, level, alarms, ringing }) {
+    const open = h('button', { type: 'button', class: 'plain', 'data-key': `go-${kind}`, title: 'List them', text: `${alarms.length} × ${title}`, onClick: this.#uses.list });
+    const names = alarms.slice(0, 4).map(({ subject }) => subject).join(', ');
+    return h('li', { 'data-kind': kind, 'data-level': level.name, 'data-rings': String(ringing > 0) }, mark(level, ringing > 0),
+      h('div', { class: 'what' }, open, h('span', { text: `${names}, …` }),
+        h('span', { class: 'state' }, `${ringing} not acknowledged; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: alarms[0].advice })),
+      this.#button(alarms.filter(({ acts }) => acts.includes('acknowledge')), `ack-${kind}`, `Acknowledge all ${ringing}: ${title}`));
+  }
+
+  /** @param {Alarm} alarm */
+  #age({ since }) {
+    const age = h('span');
+    this.#ages.push({ age, since: Date.parse(since) });
+    return age;
+  }
+
+  /** @param {Alarm[]} alarms @param {string} key @param {string} label */
+  #button(alarms, key, label) {
+    return alarms.length > 0 && h('button', { type: 'button', class: 'ack', 'data-key': key, 'aria-label': label, title: `${label} (Q for the worst)`,
+      text: alarms.length > 1 ? `Ack ${alarms.length}` : 'Ack', onClick: () => this.#uses.acknowledge(alarms) });
+  }
+}
