@@ -61,7 +61,7 @@ export class AlarmPanel {
     return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-rings': String(alarm.rings) }, mark(levelOf(alarm.severity), alarm.rings),
       h('div', { class: 'what' }, name, h('span', { text: alarm.message }),
         h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: alarm.advice }), said && h('span', { class: 'quiet', text: said })),
-      this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, `Acknowledge ${nameOf(alarm)}`));
+      this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, nameOf(alarm)));
   }
 
   /** @param {import('../state/alarms.js').Group} group */
@@ -71,7 +71,7 @@ export class AlarmPanel {
     return h('li', { 'data-kind': kind, 'data-level': level.name, 'data-rings': String(ringing > 0) }, mark(level, ringing > 0),
       h('div', { class: 'what' }, open, h('span', { text: `${names}, …` }),
         h('span', { class: 'state' }, `${ringing} not acknowledged; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: alarms[0].advice })),
-      this.#button(alarms.filter(({ acts }) => acts.includes('acknowledge')), `ack-${kind}`, `Acknowledge all ${ringing}: ${title}`));
+      this.#button(alarms.filter(({ acts }) => acts.includes('acknowledge')), `ack-${kind}`, title));
   }
 
   /** @param {Alarm} alarm */
@@ -81,9 +81,10 @@ export class AlarmPanel {
     return age;
   }
 
-  /** @param {Alarm[]} alarms @param {string} key @param {string} label */
-  #button(alarms, key, label) {
-    return alarms.length > 0 && h('button', { type: 'button', class: 'ack', 'data-key': key, 'aria-label': label, title: `${label} (Q for the worst)`,
-      text: alarms.length > 1 ? `Ack ${alarms.length}` : 'Ack', onClick: () => this.#uses.acknowledge(alarms) });
+  /** @param {Alarm[]} alarms @param {string} key @param {string} name */
+  #button(alarms, key, name) {
+    const text = alarms.length > 1 ? `Ack ${alarms.length}` : 'Ack';
+    return alarms.length > 0 && h('button', { type: 'button', class: 'ack', 'data-key': key, 'aria-label': `${text} ${name}`,
+      title: `Acknowledge ${name} (Q for the worst)`, text, onClick: () => this.#uses.acknowledge(alarms) });
   }
 }

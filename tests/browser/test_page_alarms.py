@@ -22,8 +22,8 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Whole]:
-    """A server that calls a robot silent after a second."""
-    with whole(tmp_path_factory.mktemp("quick"), alarm_silent_s=1.0, alarm_disk_bytes=0) as server:
+    """A server that calls a robot silent after less than a second."""
+    with whole(tmp_path_factory.mktemp("quick"), alarm_silent_s=0.6, alarm_disk_bytes=0) as server:
         yield server
 
 

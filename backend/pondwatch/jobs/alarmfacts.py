@@ -23,7 +23,8 @@ _GRID = 24  # points a side of a pond without a layout
 @dataclass(slots=True)
 class Facts:
     """Of one session, kept up to date by `look`. since_s: nobody is called silent for what came before. heard_s: when
-    each robot was. judged: rods that a person judged. seen_twice: share of the rods seen twice lately; None while the window is not over."""
+    each robot was. judged: rods that a person judged. seen_twice: share of the rods seen twice lately; None while the
+    window is not over."""
 
     session: Session
     since_s: float
