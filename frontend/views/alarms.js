@@ -32,10 +32,11 @@ export class AlarmDesk {
     this.list = new AlarmList({ session: id, alarms, ask, go: this.#go, extra: this.baseline.element }, () => this.close());
     this.panel = new AlarmPanel({ acknowledge: (some) => ask('acknowledge', some), go: this.#go, list: () => this.toggle() });
     this.overlays = [this.dialog.element, this.#spoken];
+    void this.#start();
   }
 
   /** The limits in force, for those who ask how long is silent. */
-  async start() {
+  async #start() {
     try {
       this.#inspection.alarms.limits = (await alarmsOf(this.#inspection.facts.id)).limits ?? {};
     } catch (error) {

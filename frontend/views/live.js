@@ -94,7 +94,6 @@ export class Live {
     listen(this.#actions);
     setInterval(() => this.#tick(), CLOCK_MS);
     this.#update();
-    void this.alarms.start();
     link.start();
   }
 
@@ -105,8 +104,7 @@ export class Live {
     const { options } = this;
     const map = (/** @type {(view: PondView) => void} */ run) => () => { if (this.#view) run(this.#view); };
     return [
-      ...this.alarms.actions,
-      { keys: ['c'], word: 'Raw or corrected poses', run: () => options.togglePicture() },
+      ...this.alarms.actions, { keys: ['c'], word: 'Raw or corrected poses', run: () => options.togglePicture() },
       { keys: ['l'], word: 'Next layer: looks, age, uncertainty', run: () => options.nextLayer() },
       { keys: ['r'], word: 'Rods', run: () => options.toggle('rods') },
       { keys: ['b'], word: 'Robots', run: () => options.toggle('robots') },

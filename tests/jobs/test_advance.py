@@ -10,8 +10,11 @@ from typing import Any
 import pytest
 
 from pondwatch.core.errors import Unavailable
+from pondwatch.core.values import Quality, RodReading, RodState
+from pondwatch.jobs.advance import commit
 from pondwatch.jobs.lanes import WorkerLost
 from pondwatch.jobs.steps import STEP_LIMIT
+from pondwatch.jobs.tasks import Outcome
 from pondwatch.store import revisions
 from tests.fakes.house import House
 from tests.fakes.robot import Shot
@@ -193,3 +196,16 @@ def test_the_same_snapshot_from_many_threads_is_stored_once(house: House) -> Non
         list(threads.map(lambda _: house.send(Shot(7)), range(16)))
 
     assert house.facts().snapshots == 1
+
+
+def test_a_state_that_is_shown_changes_in_the_store_only_where_looks_agree(house: House) -> None:
+    def shown(now: RodReading) -> tuple[str, float]:
+        session = house.found()
+        outcome = Outcome((), (now,), Quality(0, 0, 0, 0), (), (), 0.0)
+        commit(house.store, session, (), outcome, 1)
+        row = house.store.read(lambda c: revisions.readings_of(c, session.id, ["R0"]))[0]
+        return row["state"], row["confidence"]
+
+    assert shown(RodReading("R0", RodState.EMPTY, 0.0, 0.9, 1)) == ("empty", 0.9)
+    assert shown(RodReading("R0", RodState.FULL, 1.0, 0.7, 2)) == ("empty", pytest.approx(0.3))
+    assert shown(RodReading("R0", RodState.FULL, 1.0, 0.8, 3)) == ("full", 0.8)

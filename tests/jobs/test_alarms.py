@@ -10,12 +10,10 @@ import pytest
 
 from pondwatch.core.alarmacts import Act
 from pondwatch.core.errors import Conflict, Missing, StorageFull
-from pondwatch.core.values import Quality, RodReading, RodState
+from pondwatch.core.values import RodReading, RodState
 from pondwatch.jobs import alarmfacts
-from pondwatch.jobs.advance import commit
 from pondwatch.jobs.alarms import Deed
-from pondwatch.jobs.tasks import Outcome
-from pondwatch.store import alarms, judgements, revisions, sessions
+from pondwatch.store import alarms, judgements, sessions
 from pondwatch.store.sessions import State
 from tests.fakes.guarded import GIB, Guarded
 
@@ -289,16 +287,3 @@ def test_a_session_that_is_not_there_is_missing(guarded: Guarded) -> None:
     for ask in (guarded.watch.told, guarded.watch.judge, guarded.watch.groups):
         with pytest.raises(Missing):
             ask("nobody")
-
-
-def test_a_state_that_is_shown_changes_in_the_store_only_where_looks_agree(guarded: Guarded) -> None:
-    def shown(now: RodReading) -> tuple[str, float]:
-        session = guarded.house.found()
-        outcome = Outcome((), (now,), Quality(0, 0, 0, 0), (), (), 0.0)
-        commit(guarded.house.store, session, (), outcome, 1)
-        row = guarded.house.store.read(lambda c: revisions.readings_of(c, session.id, ["R0"]))[0]
-        return row["state"], row["confidence"]
-
-    assert shown(RodReading("R0", RodState.EMPTY, 0.0, 0.9, 1)) == ("empty", 0.9)
-    assert shown(RodReading("R0", RodState.FULL, 1.0, 0.7, 2)) == ("empty", pytest.approx(0.3))
-    assert shown(RodReading("R0", RodState.FULL, 1.0, 0.8, 3)) == ("full", 0.8)
