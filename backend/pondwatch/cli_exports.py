@@ -14,7 +14,6 @@ import typer
 if TYPE_CHECKING:
     from pondwatch.config import Settings
 
-SessionId = Annotated[str, typer.Argument(metavar="SESSION", help="A session's id.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of all that is kept.")]
 Out = Annotated[Path, typer.Option(metavar="FILE", help="The file to write.")]
 
@@ -26,27 +25,63 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def export(
-    session: SessionId,
+    what: Annotated[str, typer.Argument(metavar="SESSION", help="A session's id; or, with --of, a result's folder.")],
     out: Out,
-    form: Annotated[str, typer.Option("--format", help="bundle")] = "bundle",
+    form: Annotated[
+        str, typer.Option("--format", help="bundle, pdf, csv, json, mosaic, layers, png, mcap or ifdo")
+    ] = "pdf",
     url: Annotated[str | None, typer.Option(help="The server; without it the data folder is read.")] = None,
+    of: Annotated[Path | None, typer.Option(metavar="BUNDLE", help="The bundle that a result is of.")] = None,
+    view: Annotated[
+        str | None, typer.Option(metavar="W,S,E,N", help="Of png: west, south, east and north of it, metres.")
+    ] = None,
     data: Data = None,
 ) -> None:
     """Write a session as a file. While the server runs it holds its data folder: then name it by --url."""
     from pondwatch.jobs.forms import form_of
 
-    wanted = form_of(form)
+    form_of(form)
+    sides = _view(view)
     with _whole(out) as file:
         if url is not None:
-            _fetch(url, f"/api/sessions/{session}/export/{form}", file)
+            _fetch(url, f"/api/sessions/{what}/export/{form}", sides, file)
+        elif of is not None:
+            _of_result(Path(what), of, form, sides, file)
         else:
-            from pondwatch.store.clock import SystemClock
-            from pondwatch.store.store import Store
-
-            settings = _settings(data)
-            with Store(settings.data, settings.url) as store:
-                wanted.write(store, session, file, int(SystemClock().now_s() * 1000))
+            _of_store(what, form, sides, data, file)
     print(f"{out} is written.")
+
+
+def _view(text: str | None) -> dict[str, str]:
+    from pondwatch.core.errors import Invalid
+
+    if text is None:
+        return {}
+    sides = text.split(",")
+    try:
+        [float(side) for side in sides]
+        return dict(zip(("west", "south", "east", "north"), sides, strict=True))
+    except ValueError:
+        raise Invalid(f"--view {text!r}: must be four numbers, metres: west,south,east,north.") from None
+
+
+def _of_result(result: Path, of: Path, form: str, sides: dict[str, str], file: IO[bytes]) -> None:
+    from pondwatch.basestation.bundle import Bundle
+    from pondwatch.basestation.result import result_dossier
+    from pondwatch.jobs.forms import view_from, write_dossier
+
+    with Bundle(of) as opened:
+        write_dossier(result_dossier(opened, result), form, file, view_from(sides))
+
+
+def _of_store(session: str, form: str, sides: dict[str, str], data: Path | None, file: IO[bytes]) -> None:
+    from pondwatch.jobs.forms import view_from, write_form
+    from pondwatch.store.clock import SystemClock
+    from pondwatch.store.store import Store
+
+    settings = _settings(data)
+    with Store(settings.data, settings.url) as store:
+        write_form(store, session, form, file, int(SystemClock().now_s() * 1000), view_from(sides))
 
 
 def verify(
@@ -111,14 +146,14 @@ def _whole(out: Path) -> Iterator[IO[bytes]]:
         raise Invalid(f"{out}: cannot be written ({error.strerror}).") from error
 
 
-def _fetch(url: str, path: str, file: IO[bytes]) -> None:
+def _fetch(url: str, path: str, query: dict[str, str], file: IO[bytes]) -> None:
     import httpx
 
     from pondwatch.basestation.uploader import Refused, connect
     from pondwatch.core.errors import Unavailable
 
     try:
-        with connect(url, 600.0) as client, client.stream("GET", path) as answer:
+        with connect(url, 600.0) as client, client.stream("GET", path, params=query) as answer:
             if answer.status_code != 200:
                 told = answer.read()
                 detail = httpx.Response(answer.status_code, content=told).json().get("detail", "")

@@ -73,3 +73,53 @@ def test_an_open_session_a_missing_one_and_an_unknown_format_are_problems(api: A
     assert [a.status_code for a in answers] == [409, 404, 422]
     assert {a.headers["content-type"] for a in answers} == {"application/problem+json"}
     assert "papyrus" in answers[2].json()["detail"]
+
+
+@pytest.mark.parametrize(
+    ("form", "kind", "start"),
+    [
+        ("pdf", "application/pdf", b"%PDF-"),
+        ("csv", "application/zip", b"PK"),
+        ("mosaic", "image/tiff", b"II*"),
+        ("layers", "image/tiff", b"II*"),
+        ("png", "image/png", b"\x89PNG"),
+        ("mcap", "application/octet-stream", b"\x89MCAP"),
+        ("ifdo", "application/json", b"{"),
+        ("json", "application/json", b"{"),
+    ],
+)
+def test_a_session_is_handed_out_in_every_form(api: Api, session: str, form: str, kind: str, start: bytes) -> None:
+    answer = api.get(session, f"/export/{form}")
+
+    assert (answer.status_code, answer.headers["content-type"]) == (200, kind)
+    assert answer.content.startswith(start)
+    assert session in answer.headers["content-disposition"]
+    assert int(answer.headers["content-length"]) == len(answer.content)
+
+
+def test_a_view_that_makes_no_sense_is_a_problem(api: Api, session: str) -> None:
+    answer = api.get(session, "/export/png", west=1, east=0, south=0, north=1)
+
+    assert (answer.status_code, answer.json()["field"]) == (422, "view")
+
+
+def test_files_in_the_making_leave_nothing_behind(api: Api, session: str) -> None:
+    before = sorted(path.name for path in api.data.iterdir())
+    api.get(session, "/export/pdf")
+    api.get("nothing", "/export/pdf")
+
+    assert sorted(path.name for path in api.data.iterdir()) == before
+
+
+def test_a_result_without_a_server_has_the_same_forms(tmp_path: Path) -> None:
+    bundle, result = tmp_path / "pond", tmp_path / "result"
+    assert pondwatch("simulate", "--out", bundle, "--snapshots", 9).returncode == 0
+    assert pondwatch("correct", bundle, "--out", result, "--method", "identity").returncode == 0
+
+    made = pondwatch("export", result, "--of", bundle, "--format", "mcap", "--out", tmp_path / "pond.mcap")
+    refused = pondwatch("export", result, "--of", bundle, "--format", "bundle", "--out", tmp_path / "no.zip")
+
+    assert (made.returncode, made.stderr) == (0, "")
+    assert (tmp_path / "pond.mcap").read_bytes().startswith(b"\x89MCAP")
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+    assert not (tmp_path / "no.zip").exists()

@@ -9,19 +9,39 @@ from typing import IO
 from pondwatch.core.errors import Invalid
 from pondwatch.store.store import Store
 
+from .dossier import Dossier, dossier
 from .evidencezip import write_evidence
+from .ifdo import write_ifdo
+from .rasters import write_layers_cog, write_mosaic_cog
+from .recording import write_recording
+from .report import write_report
+from .stamped import DEFAULT_PX, View, write_stamped
+from .tablefiles import write_json, write_tables
 
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """A kind of file. write: (store, session id, an empty file, milliseconds since the epoch)."""
+    """A kind of file. write: makes it of a dossier; None for the evidence bundle, which is made of the store."""
 
     suffix: str
     media_type: str
-    write: Callable[[Store, str, IO[bytes], int], None]
+    told: str
+    write: Callable[[Dossier, IO[bytes]], None] | None = None
 
 
-FORMS: Mapping[str, Form] = {"bundle": Form("evidence.zip", "application/zip", write_evidence)}
+FORMS: Mapping[str, Form] = {
+    "bundle": Form("evidence.zip", "application/zip", "the evidence bundle"),
+    "pdf": Form("pdf", "application/pdf", "the report", write_report),
+    "csv": Form("csv.zip", "application/zip", "everything as tables", write_tables),
+    "json": Form("json", "application/json", "everything as one document", write_json),
+    "mosaic": Form("mosaic.tif", "image/tiff", "the mosaic as GeoTIFF (COG)", write_mosaic_cog),
+    "layers": Form(
+        "layers.tif", "image/tiff", "looks, age and sigma of every pixel as GeoTIFF (COG)", write_layers_cog
+    ),
+    "png": Form("png", "image/png", "a view with stamp and scale bar", lambda d, out: write_stamped(d, None, out)),
+    "mcap": Form("mcap", "application/octet-stream", "a recording for Foxglove and Lichtblick", write_recording),
+    "ifdo": Form("ifdo.json", "application/json", "iFDO metadata of the pictures", write_ifdo),
+}
 
 
 def form_of(name: str) -> Form:
@@ -34,3 +54,58 @@ def form_of(name: str) -> Form:
     if found is None:
         raise Invalid(f"There is no format {name[:40]!r}; there are {', '.join(FORMS)}.", format=name[:40])
     return found
+
+
+def write_form(
+    store: Store,
+    session_id: str,
+    name: str,
+    out: IO[bytes],
+    now_ms: int,
+    view: View | None = None,
+) -> None:
+    """Write a stored session in a form.
+
+    Args:
+        out: an empty file that can be read too. view: of the form `png`.
+
+    Raises:
+        Invalid: there is no such form, or no such view. Missing: no such session. And as the writers.
+    """
+    form = form_of(name)
+    if form.write is None:
+        write_evidence(store, session_id, out, now_ms)
+    else:
+        write_dossier(dossier(store, session_id), name, out, view)
+
+
+def write_dossier(found: Dossier, name: str, out: IO[bytes], view: View | None = None) -> None:
+    """Write a dossier in a form; the evidence bundle is none of these.
+
+    Raises:
+        Invalid: there is no such form, or it needs a stored session.
+    """
+    write = form_of(name).write
+    if write is None:
+        raise Invalid(f"{name}: only a session in a data folder has one.", format=name)
+    if name == "png":
+        write_stamped(found, view, out)
+    else:
+        write(found, out)
+
+
+def view_from(sides: Mapping[str, str | float | None]) -> View | None:
+    """The view of `west`, `south`, `east` and `north`, metres, and `width`, px; None where no side is given.
+
+    Raises:
+        Invalid: some sides are given and others not.
+    """
+    names = ("west", "south", "east", "north")
+    given = [float(side) for side in map(sides.get, names) if side is not None]
+    width = int(sides.get("width") or DEFAULT_PX)
+    if not given:
+        return None
+    if len(given) < len(names):
+        raise Invalid("view: west, south, east and north go together.", field="view")
+    west, south, east, north = given
+    return View(west, south, east, north, width)

@@ -1,0 +1,261 @@
+"""A simulated inspection as files: each read back by a program that is not ours, and held against what is stored."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import io
+import json
+import subprocess
+import uuid
+import zipfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import rasterio
+from mcap.reader import make_reader
+
+from pondwatch.core.errors import Invalid
+from pondwatch.core.values import SnapshotKey
+from pondwatch.jobs.dossier import Dossier, Table, dossier
+from pondwatch.jobs.forms import FORMS, view_from, write_dossier, write_form
+from pondwatch.jobs.ingest import Upload
+from pondwatch.simulator.simulation import Simulation
+from pondwatch.simulator.spec import SimulationSpec
+from pondwatch.store import sessions
+from tests.fakes.house import House
+
+COUNT = 40
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory: pytest.TempPathFactory) -> Iterator[House]:
+    """A finished inspection of a small pond, its poses corrected and every rod read."""
+    built = House(tmp_path_factory.mktemp("house"))
+    simulation = Simulation(SimulationSpec(snapshots=COUNT, noise_pitch=0.1, name="Becken <7>"), 5)
+    built.session = built.store.write(lambda c: sessions.create(c, simulation.inspection, "lattice", 1_000))
+    session = built.ingest.session(built.session)
+    for i in range(COUNT):
+        shot = simulation.snapshot(i)
+        pose = [float(v) for v in shot.pose_pond]
+        key = SnapshotKey(shot.key.robot, shot.key.boot, shot.key.sequence)
+        built.ingest.accept(session, Upload(key, 1_767_254_400_000 + 140 * i, *pose, shot.content))
+    built.finish()
+    yield built
+    built.store.close()
+
+
+@pytest.fixture(scope="module")
+def found(house: House) -> Dossier:
+    return dossier(house.store, house.session)
+
+
+def written(house: House, form: str, **sides: float) -> bytes:
+    out = io.BytesIO()
+    write_form(house.store, house.session, form, out, 9_000, view_from(sides))
+    return out.getvalue()
+
+
+def of(found: Dossier, form: str) -> bytes:
+    out = io.BytesIO()
+    write_dossier(found, form, out)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("form", [*FORMS])
+def test_every_form_is_the_same_bytes_again(house: House, form: str) -> None:
+    assert written(house, form) == written(house, form)
+
+
+def test_rod_centres_of_the_mosaic_cog_lie_within_half_a_pixel_of_the_layout(house: House, found: Dossier) -> None:
+    with rasterio.MemoryFile(written(house, "mosaic")) as memory, memory.open() as tif:
+        assert tif.tags(ns="IMAGE_STRUCTURE")["LAYOUT"] == "COG"
+        assert [c.name for c in tif.colorinterp] == ["red", "green", "blue", "alpha"]
+        image, alpha = np.moveaxis(tif.read((3, 2, 1)), 0, -1), tif.read(4)
+        rods = found.inspection.pond.rods
+        off = [_offset_px(tif, image, r) for r in rods if _is_whole(tif, alpha, r)]
+
+    assert len(off) > 0.6 * len(rods)
+    assert max(off) < 0.5
+
+
+def _is_whole(tif: Any, alpha: np.ndarray, rod: Any) -> bool:
+    """Whether a square around the rod lies in the mosaic and was seen."""
+    row, column = tif.index(rod.x_m, rod.y_m)
+    reach = int(1.4 * rod.outer_radius_m / tif.res[0])
+    part = alpha[row - reach : row + reach + 1, column - reach : column + reach + 1]
+    return bool(part.size == (2 * reach + 1) ** 2 and part.all())
+
+
+def _offset_px(tif: Any, image: np.ndarray, rod: Any) -> float:
+    """How far the outer circle's centre lies from the layout's, by the symmetry of its edges: the shift that the ring
+    agrees best with itself turned by 180 degrees, halved. It knows nothing of how the mosaic was made."""
+    column, row = ~tif.transform @ (rod.x_m, rod.y_m)
+    radius = rod.outer_radius_m / tif.res[0]
+    reach = 1.3 * radius
+    grid = np.arange(-reach, reach + 0.01, 0.5, dtype=np.float32)
+    u, v = np.meshgrid(grid, grid)
+    ring = np.hypot(u, v)
+    wanted = ((ring > 0.75 * radius) & (ring < 1.25 * radius)).astype(np.float32)[..., None]
+    grey = image.astype(np.float32)
+    best: tuple[float, float] = (np.inf, np.inf)
+    for du in np.arange(-1, 1.01, 0.1):
+        for dv in np.arange(-1, 1.01, 0.1):
+            at = (u + np.float32(column - 0.5 + du), v + np.float32(row - 0.5 + dv))
+            sampled = cv2.remap(grey, *at, cv2.INTER_LINEAR)
+            cost = float((wanted * (sampled - sampled[::-1, ::-1]) ** 2).sum())
+            best = min(best, (cost, float(np.hypot(du, dv))))
+    return best[1]
+
+
+def test_the_layers_lie_over_the_mosaic_and_count_what_was_seen(house: House, found: Dossier) -> None:
+    with rasterio.MemoryFile(written(house, "layers")) as memory, memory.open() as tif:
+        assert tif.descriptions == ("looks", "age_s", "sigma_m")
+        looks, age, sigma = tif.read()
+        with rasterio.MemoryFile(written(house, "mosaic")) as other, other.open() as mosaic:
+            assert (tif.transform, tif.crs, tif.shape) == (mosaic.transform, mosaic.crs, mosaic.shape)
+            alpha = mosaic.read(4)
+
+    seen = alpha > 0
+    assert np.mean((looks > 0) == seen) > 0.9999  # a centre on a footprint's very edge may go either way
+    assert np.isnan(age[~(looks > 0)]).all()
+    newest = max(p["captured_ms"] for p in found.poses if p["corrected"])
+    pose = next(p for p in found.poses if p["captured_ms"] == newest)
+    row, column = tif_index(found, pose["corrected"])
+    assert age[row, column] == 0
+    assert sigma[row, column] <= pose["sigma_xy_m"] * 1.001
+    assert np.nanmax(age) <= 0.14 * COUNT
+
+
+def tif_index(found: Dossier, at: dict[str, float]) -> tuple[int, int]:
+    scale, pond = found.metres_per_pixel, found.inspection.pond
+    return int((pond.height_m - at["y_m"]) / scale), int(at["x_m"] / scale)
+
+
+def test_the_recording_is_read_back_with_its_schemas_on_one_clock(house: House, found: Dossier) -> None:
+    reader = make_reader(io.BytesIO(written(house, "mcap")))
+
+    by_topic: dict[str, list[Any]] = {}
+    names = {}
+    for schema, channel, message in reader.iter_messages():
+        assert schema is not None
+        assert (channel.message_encoding, schema.encoding) == ("json", "jsonschema")
+        assert json.loads(schema.data)["title"] == schema.name
+        names[channel.topic.rsplit("/", 1)[1]] = schema.name
+        by_topic.setdefault(channel.topic, []).append((message.log_time, json.loads(message.data)))
+    assert names == {
+        "raw": "foxglove.PoseInFrame",
+        "corrected": "foxglove.PoseInFrame",
+        "image": "foxglove.CompressedImage",
+        "rods": "foxglove.SceneUpdate",
+    }
+    shot = found.poses[0]
+    time_ns, image = by_topic[f"/{shot['robot']}/image"][0]
+    assert time_ns == shot["captured_ms"] * 1_000_000
+    assert hashlib.sha256(base64.b64decode(image["data"])).hexdigest() == shot["digest"]
+    assert image["format"] == "jpeg"
+    _, pose = by_topic[f"/{shot['robot']}/corrected"][0]
+    turn = pose["pose"]["orientation"]
+    assert pose["pose"]["position"]["x"] == shot["corrected"]["x_m"]
+    assert 2 * np.arctan2(turn["z"], turn["w"]) == pytest.approx(shot["corrected"]["theta_rad"])
+    assert sum(len(m) for topic, m in by_topic.items() if topic.endswith("/raw")) == COUNT
+    (_, rods), *others = by_topic["/rods"]
+    assert ([e["id"] for e in rods["entities"]], others) == ([r["rod_id"] for r in found.rods], [])
+    assert [m.name for m in reader.iter_metadata()] == ["session"]
+
+
+def test_the_tables_tell_every_snapshot_and_every_rod(house: House, found: Dossier) -> None:
+    with zipfile.ZipFile(io.BytesIO(written(house, "csv"))) as archive:
+        tables = {n: list(csv.DictReader(archive.read(n).decode().splitlines())) for n in archive.namelist()}
+
+    assert [row["rod_id"] for row in tables["rods.csv"]] == [rod.id for rod in found.inspection.pond.rods]
+    assert [float(row["x_m"]) for row in tables["rods.csv"]] == [rod.x_m for rod in found.inspection.pond.rods]
+    first = tables["snapshots.csv"][0]
+    assert float(first["raw_x_m"]) == found.poses[0]["raw"]["x_m"]
+    assert first["image_sha256"] == found.poses[0]["digest"]
+    assert len(tables["snapshots.csv"]) == COUNT
+    document = json.loads(written(house, "json"))
+    assert [r["state"] for r in document["rods"]] == [row["state"] for row in tables["rods.csv"]]
+    assert document["seal"]["session"]["id"] == house.session
+
+
+def test_the_ifdo_names_every_picture_by_its_digest(house: House, found: Dossier) -> None:
+    document = json.loads(written(house, "ifdo"))
+
+    assert document["image-set-header"]["image-set-ifdo-version"] == "v2.1.0"
+    uuid.UUID(document["image-set-header"]["image-set-uuid"])
+    items = document["image-set-items"]
+    assert {name.split(".")[0] for name in items} == {p["digest"] for p in found.poses}
+    assert items[f"{found.poses[0]['digest']}.jpg"]["image-datetime"] == "2026-01-01 08:00:00.000"
+
+
+def test_a_stamped_view_shows_that_part_of_the_pond_and_a_bar_of_the_right_length(house: House, found: Dossier) -> None:
+    rod = next(r for r, reading in zip(found.inspection.pond.rods, found.rods, strict=True) if reading["views"] > 2)
+    reach = 2 * rod.outer_radius_m
+    sides = {"west": rod.x_m - reach, "east": rod.x_m + reach, "south": rod.y_m - reach, "north": rod.y_m + reach}
+
+    sheet = cv2.imdecode(np.frombuffer(written(house, "png", width=640, **sides), np.uint8), cv2.IMREAD_COLOR)
+
+    assert sheet.shape == (640 + 64, 640, 3)
+    row, column = tif_index(found, {"x_m": rod.x_m, "y_m": rod.y_m})
+    assert np.abs(sheet[320, 320].astype(int) - found.mosaic()[row, column, :3]).max() < 12
+    dark = 545 + np.flatnonzero((sheet[640 + 45, 545:] < 60).all(axis=1))  # a line of the bar, right of the text
+    assert dark.max() - dark.min() == pytest.approx(0.005 / (2 * reach) * 640, abs=2)  # 5 mm, of a view of 48 mm
+
+
+@pytest.mark.parametrize(
+    ("sides", "said"),
+    [
+        ({"west": 0.1, "east": 0.05, "south": 0.0, "north": 0.1}, "less than"),
+        ({"west": 5.0, "east": 6.0, "south": 0.0, "north": 0.1}, "outside the pond"),
+        ({"west": 0.0, "east": 0.1}, "go together"),
+        ({"west": 0.0, "east": 0.1, "south": 0.0, "north": 0.1, "width": 9}, "width"),
+        ({"west": float("nan"), "east": 0.1, "south": 0.0, "north": 0.1}, "less than"),
+        ({"west": 0.0, "east": 1e-9, "south": 0.0, "north": 0.1}, "tall"),
+    ],
+)
+def test_a_view_that_makes_no_sense_is_refused(house: House, sides: dict[str, float], said: str) -> None:
+    with pytest.raises(Invalid, match=said):
+        written(house, "png", **sides)
+
+
+def test_the_report_tells_what_there_is_on_its_pages(found: Dossier, tmp_path: Path) -> None:
+    table = Table("Discrepancies", "One rod is otherwise than declared.", ("rod", "declared"), (("R0001", "full"),))
+    named = replace(found, tables=(table,))
+
+    content = of(named, "pdf")
+
+    assert content.startswith(b"%PDF-")
+    assert content == of(named, "pdf")
+    text = _text(content, tmp_path)
+    assert found.seal is not None
+    titles = ("Becken <7>", "Mosaic", "Coverage", "Every rod", "Discrepancies", "Method and quality", "Digests")
+    for said in (*titles, "declared", found.seal["records"]["head"][:32], *(r.id for r in found.inspection.pond.rods)):
+        assert said in text, said
+
+
+def _text(content: bytes, folder: Path) -> str:
+    """The text of the pages, by poppler where it is installed; else the test is skipped."""
+    (folder / "report.pdf").write_bytes(content)
+    try:
+        done = subprocess.run(["pdftotext", "-layout", folder / "report.pdf", "-"], capture_output=True, check=True)
+    except FileNotFoundError:
+        pytest.skip("poppler is not installed")
+    return done.stdout.decode()
+
+
+def test_an_inspection_without_snapshots_or_rods_has_a_report_too(tmp_path: Path) -> None:
+    house = House(tmp_path)
+    simulation = Simulation(SimulationSpec(snapshots=4, mapped=False), 1)
+    house.session = house.store.write(lambda c: sessions.create(c, simulation.inspection, "graph", 1_000))
+
+    made = {form: written(house, form) for form in FORMS if form != "bundle"}
+
+    assert all(made.values())
+    house.store.close()
