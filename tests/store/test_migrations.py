@@ -10,11 +10,12 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
-from sqlalchemy import Engine, text
+from sqlalchemy import Engine, select, text
 from sqlalchemy.exc import IntegrityError
 
+from pondwatch.core.values import Camera, Inspection, Pond, Rod
 from pondwatch.resources import migrations_dir
-from pondwatch.store import alarmtables
+from pondwatch.store import alarmtables, ponds, sessions, tables
 from pondwatch.store.engine import migrate, writer_engine
 
 SESSION = (
@@ -95,3 +96,34 @@ def test_the_tables_are_those_that_the_program_speaks_of(tmp_path: Path) -> None
     engine.dispose()
 
     assert [change for change in found if "alarm" in str(change) or "baseline" in str(change)] == []
+
+
+ROD = (
+    "INSERT INTO rods (session_id, rod_id, position, x_m, y_m, outer_radius_m, inner_radius_m) "
+    "VALUES ('{}', '{}', {}, {}, 0.5, 0.02, 0.01)"
+)
+
+
+def test_sessions_of_one_layout_are_assigned_to_one_pond_and_later_ones_join_it(tmp_path: Path) -> None:
+    engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
+    to(engine, "0004")
+    with engine.begin() as connection:
+        for session, first in (("s1", 0.1), ("s2", 0.1), ("s3", 0.2)):
+            connection.execute(text(SESSION.replace("'s1'", f"'{session}'")))
+            connection.execute(text(ROD.format(session, "A", 0, first)))
+            connection.execute(text(ROD.format(session, "B", 1, 0.7)))
+
+    migrate(engine)
+
+    rods = [Rod("B", 0.7, 0.5, 0.02, 0.01), Rod("A", 0.1, 0.5, 0.02, 0.01)]  # in another order
+    inspection = Inspection("next", Camera(160, 110, 0.001), Pond(1.0, 1.0, tuple(rods)))
+    with engine.begin() as connection:
+        after = sessions.create(connection, inspection, "lattice", 2)
+        found = {row.id: (row.pond_id, row.layout_version) for row in connection.execute(select(tables.sessions))}
+        assert [p.rods for p in ponds.every(connection)] == [2, 2]
+    assert found["s1"] == found["s2"] == found[after] == ("s1", 1)
+    assert found["s3"] == ("s3", 1)
+    to(engine, "0004", command.downgrade)
+    with engine.begin() as connection:
+        assert connection.execute(text("SELECT count(*) FROM rods")).scalar_one() == 8
+    engine.dispose()

@@ -2,63 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
-from fastapi.responses import JSONResponse
-from sqlalchemy import Connection
+from fastapi.responses import JSONResponse, Response
 
-from pondwatch.jobs import views
-from pondwatch.jobs.views import Json
-from pondwatch.store import revisions, sessions
+from pondwatch.jobs import comparing
 
 from .services import Here
 
 router = APIRouter(prefix="/api/compare", tags=["compare"])
-Id = Annotated[str, Query(max_length=40)]
+Sort = Literal["layout", "rod_id", "change", "confidence", "residual"]
 
 
 @router.get("", summary="Rods that differ between two sessions")
-def compare(here: Here, base: Id, with_: Annotated[str, Query(alias="with", max_length=40)]) -> JSONResponse:
-    """`rods`: those seen in both whose states differ, with the probability that they do. Rods of one layout alone and
-    rods not observed are counted apart."""
-    before, after = here.store.read(lambda c: (_read(c, base), _read(c, with_)))
-    old, new = before.pop("readings"), after.pop("readings")
-    common = [rod_id for rod_id in old if rod_id in new]
-    seen = [r for r in common if "unseen" not in (old[r]["state"], new[r]["state"])]
-    differing = [_difference(r, old[r], new[r]) for r in seen if old[r]["state"] != new[r]["state"]]
-    return JSONResponse(
-        {
-            "base": before,
-            "with": after,
-            "rods": differing,
-            "compared": len(seen),
-            "not_observed": len(common) - len(seen),
-            "only_in_base": sorted(old.keys() - new.keys()),
-            "only_in_with": sorted(new.keys() - old.keys()),
-        }
-    )
-
-
-def _read(connection: Connection, session_id: str) -> Json:
-    session = sessions.get(connection, session_id, with_rods=True)
-    facts = sessions.facts(connection, session_id)
-    readings = {r.id: views.unseen(r.id) for r in session.inspection.pond.rods}
-    readings |= {row["rod_id"]: views.rod(row) for row in revisions.rod_rows(connection, session_id)}
-    return {
-        "session": session_id,
-        "revision": session.revision,
-        "coverage": session.seen_share,
-        "rods": facts.rods,
-        "rods_seen": facts.rods_seen,
-        "readings": readings,
-    }
-
-
-def _difference(rod_id: str, old: Json, new: Json) -> Json:
-    """The states are different with at least the probability that both readings are right."""
-    sides = {
-        name: {"state": r["state"], "fill": r["fill"], "confidence": r["confidence"], "views": r["views"]}
-        for name, r in (("base", old), ("with", new))
-    }
-    return {"rod_id": rod_id, **sides, "confidence": old["confidence"] * new["confidence"]}
+def compare(
+    here: Here,
+    base: Annotated[str, Query(max_length=40, description="A session, or `last`: the finished one before.")],
+    with_: Annotated[str, Query(alias="with", max_length=40)],
+    sort: Sort = "layout",
+    order: Literal["asc", "desc"] = "asc",
+    form: Annotated[Literal["json", "csv"], Query(alias="format")] = "json",
+) -> Response:
+    """`rods`: those that were filled, emptied or partly filled, with a confidence from both sides; `not_comparable`:
+    those of which nothing is claimed, and why; `residual`: how well the mosaics coincide. Or all that as CSV."""
+    found = comparing.find(here.store, base, with_)
+    if form == "csv":
+        name = f"changes-{found.base.session.id[:12]}-{found.with_.session.id[:12]}.csv"
+        headers = {"Content-Disposition": f'attachment; filename="{name}"', "Cache-Control": "no-cache"}
+        return Response(comparing.csv_of(found, sort, order == "desc"), 200, headers, "text/csv")
+    return JSONResponse(comparing.json_of(found, sort, order == "desc"))

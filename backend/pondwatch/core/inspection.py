@@ -44,6 +44,15 @@ def parse_inspection(document: object) -> Inspection:
     )
 
 
+def parse_pond(document: object) -> Pond:
+    """A pond's size and layout alone, checked as those of an inspection are.
+
+    Raises:
+        InvalidLayout: names the field. facts: field.
+    """
+    return _pond(_object(document, "pond"))
+
+
 def inspection_document(inspection: Inspection) -> dict[str, Any]:
     """The JSON values that `parse_inspection` makes the same inspection of."""
     camera, pond, noise = inspection.camera, inspection.pond, inspection.pose_noise

@@ -62,6 +62,14 @@ class Layout:
         return np.where(real, index, 0).astype(np.int64), real
 
 
+def neighbour_steps(centres: Float) -> Float:
+    """(M, 2), m: the distinct vectors from a rod to its neighbours, of rods at (N, 2)."""
+    if len(centres) < 2:
+        return np.zeros((0, 2))
+    tree = cKDTree(centres)
+    return _neighbour_steps(tree, centres, _pitch(tree, centres, 0.0))
+
+
 def _pitch(tree: cKDTree, centres: Float, outer: float) -> float:
     if len(centres) < 2:
         return 4 * outer

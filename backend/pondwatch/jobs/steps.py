@@ -19,7 +19,7 @@ from pondwatch.store import jobs, sessions, snapshots
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.store import Store
 
-from . import advance, correct, finish, sealing
+from . import advance, correct, finish, registering, sealing
 from .advance import CannotLoad, Step
 from .lanes import Lane, TaskFailed, WorkerLost
 
@@ -88,6 +88,8 @@ class Steps:
         trouble.tries, trouble.careful = 0, max(0, trouble.careful - step.covered)
         self._remember(session_id, step.thinking)
         self._observer.committed(session_id, step, time.perf_counter() - started)
+        if step.state is State.FINISHED:
+            registering.prepare(self._store, session_id)  # so that a comparison finds it done
         return step.left > 0 or step.state is State.FINISHING
 
     def _correct(self, lane: Lane, session: Session, trouble: Trouble) -> bool:

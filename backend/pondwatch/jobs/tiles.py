@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection
 
 from pondwatch.core.errors import Missing
-from pondwatch.core.values import Image
+from pondwatch.core.values import Image, Rect
 from pondwatch.store import revisions, sessions
 from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
@@ -37,21 +37,34 @@ def tile(store: Store, session_id: str, layer: str, z: int, x: int, y: int) -> t
     if layer == "age":
         return _age(store, session_id, z, x, y)
 
-    def look(connection: Connection) -> tuple[Session, dict[tuple[int, int], bytes]]:
+    def look(connection: Connection) -> tuple[Session, bytes | None, dict[tuple[int, int], bytes]]:
         session = sessions.get(connection, session_id)
         across = _tiles_across(session, layer, z, x, y)
+        if across > 1 and layer == "mosaic":
+            kept = revisions.tile_of(connection, session_id, coarse_layer(z), x, y, session.revision)
+            if kept is not None:
+                return session, kept, {}
         block = range(x * across, (x + 1) * across), range(y * across, (y + 1) * across)
-        return session, revisions.tiles_in(connection, session_id, layer, *block)
+        return session, None, revisions.tiles_in(connection, session_id, layer, *block)
 
-    session, stored = store.read(look)
+    session, kept, stored = store.read(look)
+    if kept is not None:
+        return kept, session.revision
     across = _tiles_across(session, layer, z, x, y)
+    if across == 1 and stored and _is_whole(session, x, y):
+        return next(iter(stored.values())), session.revision
     out = _blank(layer, TILE_PX, TILE_PX)
     size = TILE_PX // across if across <= TILE_PX else 1
     for (column, row), content in stored.items():
-        small = _shrunk(_decoded(content), across)
+        small = shrunk(_decoded(content), across)
         top, left = (row - y * across) * TILE_PX // across, (column - x * across) * TILE_PX // across
         out[top : top + small.shape[0], left : left + small.shape[1]] = small[:size, :size]
     return png(out), session.revision
+
+
+def _is_whole(session: Session, x: int, y: int) -> bool:
+    width, height = raster_size(session)
+    return (x + 1) * TILE_PX <= width and (y + 1) * TILE_PX <= height
 
 
 def _age(store: Store, session_id: str, z: int, x: int, y: int) -> tuple[bytes, int]:
@@ -92,6 +105,42 @@ def _tiles_across(session: Session, layer: str, z: int, x: int, y: int) -> int:
     raise Missing("There is no such tile.", kind="tile", id=f"{z}/{x}/{y}"[:40])
 
 
+def coarse_layer(z: int) -> str:
+    """What the mosaic's tiles of a coarser level are kept as, once they were made."""
+    return f"mosaic@{z}"
+
+
+def padded(image: Image) -> Image:
+    """A tile cut off where the raster ends, (h, w, 4), made whole; nothing was seen beyond."""
+    out = _blank("mosaic", TILE_PX, TILE_PX)
+    out[: image.shape[0], : image.shape[1]] = image
+    return out
+
+
+def part(store: Store, session_id: str, rect: Rect) -> tuple[Session, Image]:
+    """A rectangle of the mosaic, (h, w, 4) BGRA; what lies beyond the raster was not seen.
+
+    Raises:
+        Missing: no such session.
+    """
+    columns = range(max(0, rect.x // TILE_PX), (rect.x + rect.width - 1) // TILE_PX + 1)
+    rows = range(max(0, rect.y // TILE_PX), (rect.y + rect.height - 1) // TILE_PX + 1)
+    session, stored = store.read(
+        lambda c: (sessions.get(c, session_id), revisions.tiles_in(c, session_id, "mosaic", columns, rows))
+    )
+    room = _blank("mosaic", len(columns) * TILE_PX, len(rows) * TILE_PX)
+    for (column, row), content in stored.items():
+        image = _decoded(content)
+        left, top = (column - columns.start) * TILE_PX, (row - rows.start) * TILE_PX
+        room[top : top + image.shape[0], left : left + image.shape[1]] = image
+    out = _blank("mosaic", rect.width, rect.height)
+    x0, y0 = max(0, rect.x), max(0, rect.y)
+    inside = room[y0 - rows.start * TILE_PX :, x0 - columns.start * TILE_PX :]
+    inside = inside[: rect.y + rect.height - y0, : rect.x + rect.width - x0]
+    out[y0 - rect.y : y0 - rect.y + inside.shape[0], x0 - rect.x : x0 - rect.x + inside.shape[1]] = inside
+    return session, out
+
+
 def _blank(layer: str, width: int, height: int) -> NDArray[np.uint8]:
     return np.zeros((height, width, *_CHANNELS[layer]), np.uint8)
 
@@ -100,7 +149,7 @@ def _decoded(content: bytes) -> NDArray[np.uint8]:
     return np.asarray(cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED), np.uint8)
 
 
-def _shrunk(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
+def shrunk(image: NDArray[np.uint8], factor: int) -> NDArray[np.uint8]:
     """A picture `factor` times smaller. Colours are those of the pixels that were seen, weighted by their alpha."""
     if factor == 1:
         return image

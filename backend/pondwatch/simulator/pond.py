@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,20 @@ def make_pond(spec: SimulationSpec, rng: np.random.Generator) -> SimulatedPond:
     cells = sites if spec.edge_cells else sites[present]
     return SimulatedPond(Pond(width, height, rods), fills, starts, cells, spec.lattice, spec.pitch_m,
                          spec.lattice_angle_rad)  # fmt: skip
+
+
+def changed(simulated: SimulatedPond, count: int, seed: int) -> SimulatedPond:
+    """The same pond with other fills in `count` of its rods: each filled, emptied or partly filled by a quarter or
+    more."""
+    if not count:
+        return simulated
+    rng = np.random.default_rng([seed, 103])
+    which = rng.choice(len(simulated.fills), min(count, len(simulated.fills)), replace=False)
+    fills = simulated.fills.copy()
+    for i in which:
+        others = [fill for fill in (0.0, 0.25, 0.5, 0.75, 1.0) if abs(fill - fills[i]) > 0.2]
+        fills[i] = rng.choice(others)
+    return replace(simulated, fills=fills)
 
 
 def _sites(spec: SimulationSpec, rng: np.random.Generator) -> Float:

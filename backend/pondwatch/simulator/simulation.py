@@ -20,7 +20,7 @@ from .camera import photograph
 from .floor import Floor, render_floor
 from .overhead import claimed_noise, noisy_poses
 from .palette import print_palette, random_palette
-from .pond import make_pond
+from .pond import changed, make_pond
 from .spec import ImageKind, SimulationSpec
 from .swarm import robots_in_turn, true_poses
 from .water import through_water, water_of
@@ -58,7 +58,8 @@ class Simulation:
     def __init__(self, spec: SimulationSpec, seed: int) -> None:
         spec.check()
         self.spec, self.seed = spec, seed
-        simulated = make_pond(spec, self._rng("pond"))
+        pond_seed = seed if spec.pond_seed < 0 else spec.pond_seed
+        simulated = changed(make_pond(spec, np.random.default_rng([pond_seed, _STREAMS["pond"]])), spec.changed, seed)
         look = self._rng("look")
         self._pond = simulated
         self._palette = print_palette() if spec.print_colours else random_palette(look)

@@ -51,6 +51,8 @@ class SimulationSpec:
     missing: float = 0.03  # share of lattice sites without a rod, known to the layout
     edge_cells: bool = True  # whether sites without a rod still have their cell's walls
     fills: Fills = "quarters"
+    pond_seed: int = -1  # of the pond and its fills; -1: the simulation's own, as of all else
+    changed: int = 0  # rods whose fill is other than the seed gives: a later inspection of the same pond
 
     path: Path = "uniform"
     theta_range_rad: float = 1.0
@@ -96,6 +98,7 @@ class SimulationSpec:
             "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
             "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
             "margin_px": (0, 0.45 * min(self.pond_size_m) / self.camera.metres_per_pixel),
+            "pond_seed": (-1, 2**63 - 1), "changed": (0, 100_000),
         }  # fmt: skip
         for name, (low, high) in ranges.items():
             value = getattr(self, name)

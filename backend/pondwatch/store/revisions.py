@@ -173,3 +173,17 @@ def tiles_in(connection: Connection, session_id: str, layer: str, x: range, y: r
     c = tiles.c
     block = (c.session_id == session_id, c.layer == layer, c.x >= x.start, c.x < x.stop, c.y >= y.start, c.y < y.stop)
     return {(row.x, row.y): row.content for row in connection.execute(select(c.x, c.y, c.content).where(*block))}
+
+
+def tile_of(connection: Connection, session_id: str, layer: str, x: int, y: int, revision: int) -> bytes | None:
+    """One tile, where it is of this revision."""
+    c = tiles.c
+    one = (c.session_id == session_id, c.layer == layer, c.x == x, c.y == y, c.revision == revision)
+    return connection.execute(select(c.content).where(*one)).scalar_one_or_none()
+
+
+def keep_tiles(connection: Connection, session_id: str, revision: int, made: Sequence[TileRow]) -> None:
+    """Keep tiles that were made of those of a revision, in place of any before."""
+    of_revision = {"session_id": session_id, "revision": revision}
+    rows = [{"layer": t.layer, "x": t.x, "y": t.y, "content": t.content} | of_revision for t in made]
+    _upsert(connection, tiles, rows)

@@ -13,6 +13,7 @@ from sqlalchemy import Connection, Row, func, insert, select, update
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
+from . import ponds
 from .alarmtables import baselines
 from .tables import corrections, poses, rod_readings, rods, seals, sessions, snapshots
 
@@ -40,6 +41,8 @@ class Session:
     quality: str
     created_ms: int
     finished_ms: int | None
+    pond_id: str | None = None
+    layout_version: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +65,19 @@ class Facts:
         return self.snapshots - self.placed - self.uncertain - self.rejected
 
 
-def create(connection: Connection, inspection: Inspection, method: str, now_ms: int) -> str:
-    """A new, open session; its id. Ids sort by the time of creation."""
+def create(
+    connection: Connection,
+    inspection: Inspection,
+    method: str,
+    now_ms: int,
+    wish: ponds.Wish = ponds.NOTHING_SAID,
+) -> str:
+    """A new, open session; its id. Ids sort by the time of creation.
+
+    Raises:
+        Missing: it is said to belong to a pond that there is not.
+    """
+    pond_id, version = ponds.assign(connection, inspection.pond, inspection.name, now_ms, wish)
     session_id = f"{now_ms:012x}{secrets.token_hex(8)}"
     camera, pond, noise = inspection.camera, inspection.pond, inspection.pose_noise
     row = {
@@ -79,6 +93,8 @@ def create(connection: Connection, inspection: Inspection, method: str, now_ms: 
         "pond_height_m": pond.height_m,
         "noise_sigma_xy_m": noise and noise.sigma_xy_m,
         "noise_sigma_theta_rad": noise and noise.sigma_theta_rad,
+        "pond_id": pond_id,
+        "layout_version": version,
     }
     connection.execute(insert(sessions), row)
     if pond.rods:
@@ -183,4 +199,6 @@ def _session(row: Row[Any], rods_: tuple[Rod, ...]) -> Session:
         row.quality,
         row.created_ms,
         row.finished_ms,
+        row.pond_id,
+        row.layout_version,
     )
