@@ -44,6 +44,7 @@ def finished(
         session,
         0,
         0,
+        at_ms=now_ms + 60_000,
         rods=readings(pond, letters, confidence),
         tiles=tiles_of(floor(pond, letters, scale_m) if image is None else image),
         seen_share=1.0,
