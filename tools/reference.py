@@ -42,11 +42,18 @@ def _plain(default: object) -> str:
 
 def command_rows() -> Iterator[tuple[str, str, str]]:
     """Command, its arguments and options, what it does."""
-    group = typer.main.get_command(cli.app)
-    commands: dict[str, Any] = getattr(group, "commands", {})
-    for name, command in sorted(commands.items()):
+    for name, command in _commands(typer.main.get_command(cli.app)):
         told = [_parameter(p) for p in command.params if p.name != "help" and not getattr(p, "hidden", False)]
         yield f"`pondwatch {name}`", ", ".join(told) or "none", _sentence(command.help or "")
+
+
+def _commands(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Every command by name, those of groups with the group's name before theirs."""
+    for name, command in sorted(group.commands.items()):
+        if hasattr(command, "commands"):
+            yield from _commands(command, f"{before}{name} ")
+        else:
+            yield f"{before}{name}", command
 
 
 def _parameter(parameter: Any) -> str:

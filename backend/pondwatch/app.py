@@ -15,7 +15,20 @@ import uvicorn
 from fastapi import FastAPI
 
 from . import __version__
-from .api import alarms, compare, corrections, exports, health, jobs, people, problems, results, sessions, snapshots
+from .api import (
+    alarms,
+    compare,
+    corrections,
+    exports,
+    health,
+    jobs,
+    people,
+    ponds,
+    problems,
+    results,
+    sessions,
+    snapshots,
+)
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
 from .api.services import Services
@@ -125,8 +138,10 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    for module in (sessions, snapshots, results, people, corrections, exports, alarms, jobs, compare, health):
+    resources = (sessions, snapshots, results, people, corrections, exports, alarms, jobs, compare, ponds, health)
+    for module in resources:
         app.include_router(module.router)
+    app.include_router(ponds.sessions_router)
     app.include_router(live_router(hub, settings.allowed_origins))
     app.mount("/", FrontEnd(frontend_dir()), name="front end")
     problems.install(app)
@@ -162,7 +177,7 @@ def _open(
 def _limits(settings: Settings) -> list[BodyLimit]:
     one_session = "/api/sessions/[^/]+"
     return [
-        BodyLimit(re.compile("/api/sessions"), settings.max_session_bytes),
+        BodyLimit(re.compile("/api/sessions|/api/ponds(/[^/]+/(layouts|inventories))?"), settings.max_session_bytes),
         BodyLimit(re.compile(f"{one_session}/snapshots"), settings.max_image_bytes + _OVERHEAD),
         BodyLimit(re.compile(f"{one_session}/snapshots/batch"), settings.max_batch_bytes),
     ]

@@ -15,6 +15,7 @@ import uvicorn
 
 from pondwatch.app import create_app
 from pondwatch.config import Settings
+from pondwatch.store.store import Store
 from tests.fakes.lane import InlineLane
 from tests.fakes.robot import Shot, document
 
@@ -25,6 +26,7 @@ class Api:
 
     http: httpx.Client
     data: Path
+    store: Store | None = None
 
     def open(self, **changes: Any) -> str:
         """A new session's id."""
@@ -69,6 +71,6 @@ def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
         time.sleep(0.01)
     port = server.servers[0].sockets[0].getsockname()[1]
     with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=40) as http:
-        yield Api(http, data)
+        yield Api(http, data, app.state.services.store)
     server.should_exit = True
     thread.join(10)

@@ -106,7 +106,7 @@ ROD = (
 
 def test_sessions_of_one_layout_are_assigned_to_one_pond_and_later_ones_join_it(tmp_path: Path) -> None:
     engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
-    to(engine, "0004")
+    to(engine, "0005")
     with engine.begin() as connection:
         for session, first in (("s1", 0.1), ("s2", 0.1), ("s3", 0.2)):
             connection.execute(text(SESSION.replace("'s1'", f"'{session}'")))
@@ -123,7 +123,7 @@ def test_sessions_of_one_layout_are_assigned_to_one_pond_and_later_ones_join_it(
         assert [p.rods for p in ponds.every(connection)] == [2, 2]
     assert found["s1"] == found["s2"] == found[after] == ("s1", 1)
     assert found["s3"] == ("s3", 1)
-    to(engine, "0004", command.downgrade)
+    to(engine, "0005", command.downgrade)
     with engine.begin() as connection:
         assert connection.execute(text("SELECT count(*) FROM rods")).scalar_one() == 8
     engine.dispose()

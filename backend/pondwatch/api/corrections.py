@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Query
 from fastapi.responses import JSONResponse
 from sqlalchemy import Connection
 
-from pondwatch.jobs import correct, views
+from pondwatch.core.values import RodState
+from pondwatch.jobs import comparing, correct, views
 from pondwatch.jobs.papernets import make_corrector
+from pondwatch.jobs.views import Json
 from pondwatch.store import sessions
 from pondwatch.store.sessions import Session
 
+from .results import rods_by
 from .schemas import CorrectionIn
 from .services import Here
 
@@ -28,3 +33,33 @@ def correct_again(here: Here, session_id: str, asked: CorrectionIn) -> JSONRespo
     correction = correct.begin(here.store, session_id, method, here.now_ms())
     here.queue.wake(session_id)
     return JSONResponse(views.correction(correction), 200 if correction.state == "done" else 202)
+
+
+@router.get("/verdicts", summary="Rods whose verdicts two methods differ in")
+def compare_methods(
+    here: Here,
+    session_id: str,
+    with_: Annotated[str, Query(alias="with", max_length=40, description="A method of `corrections`.")],
+    base: Annotated[str | None, Query(max_length=40, description="Another; else the session's own.")] = None,
+) -> JSONResponse:
+    """`rods`: those that the two methods read otherwise, over the same snapshots; `counts` of each by state."""
+
+    def look(connection: Connection) -> list[tuple[str, int, list[Json]]]:
+        found = [rods_by(connection, session_id, method) for method in (base, with_)]
+        return [((other or session).method, (other or session).revision, rods) for session, other, rods in found]
+
+    (own, revision, before), (other, other_revision, after) = here.store.read(look)
+    differing = comparing.verdicts(*({r["rod_id"]: views.reading(r) for r in rods} for rods in (before, after)))
+    return JSONResponse(
+        {
+            "session": session_id,
+            "base": {"method": own, "revision": revision, "counts": _counts(before)},
+            "with": {"method": other, "revision": other_revision, "counts": _counts(after)},
+            "rods": differing,
+            "same": len(before) - len(differing),
+        }
+    )
+
+
+def _counts(rods: list[Json]) -> dict[str, int]:
+    return {state.value: sum(rod["state"] == state.value for rod in rods) for state in RodState}

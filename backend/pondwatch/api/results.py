@@ -12,7 +12,8 @@ from sqlalchemy import Connection, RowMapping
 
 from pondwatch.core.coverage import rods_in_view
 from pondwatch.core.errors import Missing
-from pondwatch.core.values import CorrectedPose, Pond, SnapshotKey, Status
+from pondwatch.core.frames import pond_to_raster
+from pondwatch.core.values import CorrectedPose, Pond, Rect, SnapshotKey, Status
 from pondwatch.jobs import exports, tiles, views
 from pondwatch.jobs.views import Json
 from pondwatch.store import corrections, judgements, revisions, sessions
@@ -67,7 +68,7 @@ def _corrected(row: RowMapping | Json) -> CorrectedPose:
     )
 
 
-def _rods(
+def rods_by(
     connection: Connection, session_id: str, method: str | None = None
 ) -> tuple[Session, Correction | None, list[Json]]:
     """Every rod of the layout, in its order."""
@@ -85,7 +86,7 @@ def _rods(
 @router.get("/rods", summary="Rod readings")
 def get_rods(here: Here, session_id: str, form: Format = "json", method: Method = None) -> Response:
     """`rods`, every one of the layout in its order, as of `revision`, by `method`; or `rods.csv` itself."""
-    session, other, rods = here.store.read(lambda c: _rods(c, session_id, method))
+    session, other, rods = here.store.read(lambda c: rods_by(c, session_id, method))
     if form == "csv":
         return _file(exports.rods_csv(views.reading(r) for r in rods), "text/csv", "rods.csv")
     return JSONResponse({**_head(session, other), "rods": rods})
@@ -96,7 +97,7 @@ def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
     """The reading, and the snapshots whose corrected footprint holds the whole rod."""
 
     def look(connection: Connection) -> tuple[Session, list[Json], list[Json]]:
-        session, _, rods = _rods(connection, session_id)
+        session, _, rods = rods_by(connection, session_id)
         return session, rods, [views.pose(row) for row in revisions.pose_rows(connection, session_id)]
 
     session, rods, poses = here.store.read(look)
@@ -105,6 +106,22 @@ def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
         raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
     seen = [views.evidence(pose) for pose in _showing(session, rod_id, poses)]
     return JSONResponse({**reading, "session": session_id, "method": session.method, "snapshots": seen})
+
+
+@router.get("/rods/{rod_id}/picture.png", summary="A rod in the mosaic")
+def get_picture(
+    here: Here, session_id: str, rod_id: str, reach: Annotated[float, Query(ge=1, le=8, description="Outer radii.")] = 2
+) -> Response:
+    """PNG: the mosaic around a rod, as it stands; transparent where nothing was seen."""
+    session = here.store.read(lambda c: sessions.get(c, session_id, with_rods=True))
+    pond, scale = session.inspection.pond, views.metres_per_pixel(session)
+    rod = next((rod for rod in pond.rods if rod.id == rod_id), None)
+    if rod is None:
+        raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
+    u, v = pond_to_raster(np.array([rod.x_m, rod.y_m]), pond, scale).tolist()
+    half = min(1024, max(8, round(reach * rod.outer_radius_m / scale)))
+    _, image = tiles.part(here.store, session_id, Rect(round(u) - half, round(v) - half, 2 * half + 1, 2 * half + 1))
+    return _file(exports.mosaic_png(image), "image/png", "rod.png")
 
 
 def _showing(session: Session, rod_id: str, poses: list[Json]) -> list[Json]:

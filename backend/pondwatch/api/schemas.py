@@ -161,6 +161,12 @@ class BaselineIn(BaseModel):
     baseline: Annotated[str, StringConstraints(min_length=1, max_length=40)] | None
 
 
+class NameIn(BaseModel):
+    """A pond's name."""
+
+    name: Name
+
+
 _ITEMS = TypeAdapter(list[Any])
 
 

@@ -13,11 +13,13 @@ from starlette.concurrency import run_in_threadpool
 
 from pondwatch.core.errors import InvalidLayout
 from pondwatch.core.inspection import parse_inspection
+from pondwatch.core.layouts import document_of
 from pondwatch.core.values import Inspection
 from pondwatch.jobs import baseline, finish, views
 from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.views import Json
-from pondwatch.store import corrections, sessions
+from pondwatch.store import corrections, ponds, sessions
+from pondwatch.store.ponds import Wish
 from pondwatch.store.sessions import State
 
 from .services import Here, Services
@@ -31,12 +33,14 @@ def open_session(
     here: Here, document: Annotated[Any, Body(description="The content of `session.json`.")]
 ) -> JSONResponse:
     """201 with the session. An optional `method` names how its poses are corrected, an optional `baseline` the
-    earlier session that its rods are held against."""
+    earlier session that its rods are held against. `pond` may have the `id` of a pond, whose newest layout it takes
+    where it has no `rods`, or a `name`; else the layout says which pond it is."""
+    wish, document = _pond(here, document)
     inspection = parse_inspection(document)
     method, held_against = _method(here, document, inspection), _baseline(document)
 
     def unit(connection: Connection) -> str:
-        made = sessions.create(connection, inspection, method, here.now_ms())
+        made = sessions.create(connection, inspection, method, here.now_ms(), wish)
         if held_against is not None:
             baseline.choose(connection, made, held_against, here.now_ms())
         return made
@@ -44,6 +48,22 @@ def open_session(
     session_id = here.store.write(unit)
     here.watch.wake(session_id)
     return JSONResponse(_one(here, session_id), 201, {"Location": f"/api/sessions/{session_id}"})
+
+
+def _pond(here: Services, document: Any) -> tuple[Wish, Any]:
+    """Which pond a session is said to be of; and its document, with that pond's layout where it has none."""
+    pond = document.get("pond") if isinstance(document, dict) else None
+    if not isinstance(pond, dict):
+        return Wish(), document
+    for name, most in (("id", 40), ("name", 64)):
+        value = pond.get(name)
+        if value is not None and not (isinstance(value, str) and 0 < len(value) <= most and value.isprintable()):
+            raise InvalidLayout(f"pond.{name} must be a text of 1 to {most} characters.", field=f"pond.{name}")
+    wish = Wish(pond.get("id"), pond.get("name"))
+    if wish.id and "rods" not in pond:
+        layout = here.store.read(lambda c: ponds.layout(c, str(wish.id)))
+        document = {**document, "pond": document_of(layout)}
+    return wish, document
 
 
 def _method(here: Services, document: Json, inspection: Inspection) -> str:

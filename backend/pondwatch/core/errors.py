@@ -5,6 +5,7 @@ PondwatchError
 │   ├── InvalidPose          a pose with a value that is not finite
 │   ├── InvalidImage         not an image, of another size or kind, or damaged
 │   ├── InvalidLayout        a layout, camera or noise that contradicts itself
+│   ├── InvalidInventory     a declared inventory with faulty lines; facts: line, lines, faults
 │   ├── InvalidBundle        a bundle that cannot be read; facts: file, row
 │   └── DigestMismatch       the bytes are not those that the digest was made of
 ├── Missing                  what was asked for is not there; facts: kind, id
@@ -42,6 +43,10 @@ class InvalidImage(Invalid):
 
 class InvalidLayout(Invalid):
     """A pond layout, camera or pose noise that contradicts itself."""
+
+
+class InvalidInventory(Invalid):
+    """A declared inventory with faulty lines; nothing of it is kept. facts: line (the first), lines, faults."""
 
 
 class InvalidBundle(Invalid):

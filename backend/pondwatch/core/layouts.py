@@ -68,7 +68,7 @@ def from_csv(content: bytes, width_m: float, height_m: float) -> Pond:
             rods.append(_rod(row, reader.line_num))
             lines.append(reader.line_num)
     except csv.Error as error:
-        raise _fault(reader.line_num, f"is not CSV: {error}") from error
+        raise _fault(reader.reader.line_num, f"is not CSV: {error}") from error
     if not rods:
         raise _fault(1, "there is no rod")
     return _checked({"width_m": width_m, "height_m": height_m, "rods": rods}, lines)

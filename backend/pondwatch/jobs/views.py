@@ -52,7 +52,12 @@ def session(session: Session, facts: Facts) -> Json:
             "height_px": camera.height_px,
             "metres_per_pixel": camera.metres_per_pixel,
         },
-        "pond": {"width_m": pond.width_m, "height_m": pond.height_m},
+        "pond": {
+            "width_m": pond.width_m,
+            "height_m": pond.height_m,
+            "id": session.pond_id,
+            "layout_version": session.layout_version,
+        },
         "pose_noise": noise and {"sigma_xy_m": noise.sigma_xy_m, "sigma_theta_rad": noise.sigma_theta_rad},
         "raster": {"metres_per_pixel": metres_per_pixel(session), "width_px": width, "height_px": height},
     }

@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select, update
+from sqlalchemy import Connection, Row, RowMapping, func, insert, select, update
 
 from pondwatch.core.errors import Conflict, Missing
 from pondwatch.core.inspection import parse_pond
 from pondwatch.core.layouts import digest, document_of
 from pondwatch.core.values import Pond
 
-from .tables import layouts, ponds, sessions
+from .pondtables import layouts, ponds
+from .tables import sessions
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,10 +208,17 @@ def _pond(row: Row[Any]) -> StoredPond:
     return StoredPond(row.id, row.name, row.created_ms, row.version, row.rods)
 
 
-def inspections(connection: Connection, pond_id: str, limit: int = 500) -> Sequence[str]:
-    """Ids of a pond's sessions, newest first."""
-    query = select(sessions.c.id).where(sessions.c.pond_id == pond_id).order_by(sessions.c.id.desc()).limit(limit)
-    return list(connection.execute(query).scalars())
+def inspections(connection: Connection, pond_id: str, limit: int = 500) -> Sequence[RowMapping]:
+    """A pond's sessions, newest first."""
+    query = select(sessions).where(sessions.c.pond_id == pond_id).order_by(sessions.c.id.desc()).limit(limit)
+    return connection.execute(query).mappings().all()
+
+
+def counted(connection: Connection) -> dict[str, tuple[int, str]]:
+    """How many sessions every pond has, and the id of the last."""
+    c = sessions.c
+    rows = connection.execute(select(c.pond_id, func.count(), func.max(c.id)).group_by(c.pond_id))
+    return {pond_id: (count, last) for pond_id, count, last in rows if pond_id}
 
 
 def before(connection: Connection, session_id: str) -> str:

@@ -7,7 +7,7 @@ from sqlalchemy import Connection, delete, insert, select
 
 from pondwatch.core.values import Float
 
-from .tables import registrations
+from .pondtables import registrations
 
 
 def read(connection: Connection, session_id: str, revision: int) -> Float | None:
