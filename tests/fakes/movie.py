@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -31,6 +32,7 @@ class Movie:
     taken: int = 0
     corners: dict[tuple[str, int], tuple[int, int]] = field(default_factory=dict)
     views: dict[str, int] = field(default_factory=dict)
+    received_ms: int = 0
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
@@ -104,11 +106,16 @@ class Movie:
             "sigma_xy_m": 0.0002,
             "sigma_theta_rad": 0.001,
             "status": "uncertain" if self.taken % 40 == 0 else "placed",
-            "received_at": now(),
+            "received_at": self._received_at(),
             "raw_x_m": x_m + drift[0],
             "raw_y_m": y_m + drift[1],
             "raw_theta_rad": drift[2],
         }
+
+    def _received_at(self) -> str:
+        """Now; a millisecond after the snapshot before at the earliest, so that moments tell snapshots apart."""
+        self.received_ms = max(time.time_ns() // 1_000_000, self.received_ms + 1)
+        return rfc3339(self.received_ms)
 
     def _sees(self, rod: Rod, left: int, top: int) -> bool:
         u, v = rod.x_m / SCALE_M - left, self.raster.height_px - rod.y_m / SCALE_M - top
@@ -124,7 +131,12 @@ class Movie:
 
 def now() -> str:
     """RFC 3339, UTC, milliseconds."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    return rfc3339(time.time_ns() // 1_000_000)
+
+
+def rfc3339(unix_ms: int) -> str:
+    """UTC, milliseconds."""
+    return datetime.fromtimestamp(unix_ms / 1000, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def _lattice(columns: int, rows: int) -> Pond:
