@@ -9,7 +9,8 @@ import pytest
 from pondwatch.simulator.bundle import write_bundle
 from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
-from tests.bench import accuracy, speed
+from pondwatch.store.store import Store
+from tests.bench import accuracy, pairs, speed
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +41,13 @@ def test_a_grown_session_holds_more_snapshots_than_its_bundle(bundle: Path) -> N
 
     assert set(told) == {"median_ms", "slowest_ms", "settle_s", "memory_mb"}
     assert 0 < told["median_ms"] <= told["slowest_ms"]
+
+
+def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Path) -> None:
+    spec = SimulationSpec(snapshots=40, noise_pitch=0.1, print_colours=True)
+    with Store(tmp_path, f"sqlite:///{tmp_path}/t.sqlite") as store:
+        row = pairs.measured(store, pairs.Pair(spec, 4, "clear", {}, {}), 11)
+
+    assert row.rods == len(row.told["rods"]) + sum(row.told["counts"][c] for c in ("same", "not_comparable"))
+    assert row.listed == row.as_it_is == row.in_both <= 4
+    assert row.made_up == 0

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
 from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.layouts import document_of
-from pondwatch.core.values import Image, Pond, RodReading, RodState
+from pondwatch.core.values import Image, Inspection, Pond, RodReading, RodState
 from pondwatch.jobs.raster import TILE_PX, png
 from pondwatch.store import revisions, sessions
 from pondwatch.store.revisions import NewRevision, TileRow
@@ -38,15 +40,20 @@ def finished(
         "camera": {"width_px": 48, "height_px": 32, "metres_per_pixel": scale_m},
         "pond": document_of(pond),
     }
-    inspection = parse_inspection(document)
+    picture = floor(pond, letters, scale_m) if image is None else image
+    return stored(store, parse_inspection(document), readings(pond, letters, confidence), picture, now_ms)
+
+
+def stored(store: Store, inspection: Inspection, rods: Sequence[RodReading], mosaic: Image, now_ms: int) -> str:
+    """A finished session with these readings and this mosaic, (h, w, 4) BGRA; its id."""
     session = store.write(lambda c: sessions.create(c, inspection, "lattice", now_ms))
     revision = NewRevision(
         session,
         0,
         0,
         at_ms=now_ms + 60_000,
-        rods=readings(pond, letters, confidence),
-        tiles=tiles_of(floor(pond, letters, scale_m) if image is None else image),
+        rods=rods,
+        tiles=tiles_of(mosaic),
         seen_share=1.0,
         quality="Every snapshot was placed.",
         state=State.FINISHED,

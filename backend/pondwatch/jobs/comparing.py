@@ -124,7 +124,7 @@ def json_of(found: Found, sort: str = "layout", descending: bool = False) -> Jso
     every = found.every(sort, descending)
     told = [_rod(found, r) for r in every if r.change not in (Change.SAME, Change.NOT_COMPARABLE)]
     withheld = [_rod(found, r) for r in every if r.change is Change.NOT_COMPARABLE]
-    unseen = [r for r in every if _is_unseen(r)]
+    unseen = [r for r in every if is_unseen(r)]
     refusal = None if comparison.refusal is None else comparison.refusal.value
     return {
         "base": _head(found.base),
@@ -167,7 +167,8 @@ def csv_of(found: Found, sort: str = "layout", descending: bool = False) -> byte
     return text.getvalue().encode()
 
 
-def _is_unseen(rod: RodChange) -> bool:
+def is_unseen(rod: RodChange) -> bool:
+    """Whether one of the two inspections did not see the rod."""
     return RodState.UNSEEN in (rod.base.state, rod.with_.state)
 
 

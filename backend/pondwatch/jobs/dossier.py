@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from sqlalchemy import Connection, RowMapping
@@ -22,12 +22,19 @@ from .views import Json
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of a report. rows: texts, as many as columns."""
+    """A table of a report. rows: texts, as many as columns. headline: what it comes to, in a few words. marks: a letter
+    for each rod that it names as abnormal, and marked what the letter says. places: x m, y m, pond frame, and what is
+    written there on the mosaic. pictures: square ones as PNG, with what they show."""
 
     title: str
     note: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    headline: str = ""
+    marks: Mapping[str, str] = field(default_factory=dict)
+    marked: str = ""
+    places: Sequence[tuple[float, float, str]] = ()
+    pictures: Sequence[tuple[bytes, str]] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,6 +10,7 @@ from pondwatch.core.errors import Invalid
 from pondwatch.store.store import Store
 
 from .dossier import Dossier, dossier
+from .dossiertables import tables_of
 from .evidencezip import write_evidence
 from .ifdo import write_ifdo
 from .rasters import write_layers_cog, write_mosaic_cog
@@ -21,19 +22,21 @@ from .tablefiles import write_json, write_tables
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """A kind of file. write: makes it of a dossier; None for the evidence bundle, which is made of the store."""
+    """A kind of file. write: makes it of a dossier; None for the evidence bundle, which is made of the store. whole: it
+    tells discrepancies and changes too."""
 
     suffix: str
     media_type: str
     told: str
     write: Callable[[Dossier, IO[bytes]], None] | None = None
+    whole: bool = False
 
 
 FORMS: Mapping[str, Form] = {
     "bundle": Form("evidence.zip", "application/zip", "the evidence bundle"),
-    "pdf": Form("pdf", "application/pdf", "the report", write_report),
-    "csv": Form("csv.zip", "application/zip", "everything as tables", write_tables),
-    "json": Form("json", "application/json", "everything as one document", write_json),
+    "pdf": Form("pdf", "application/pdf", "the report", write_report, True),
+    "csv": Form("csv.zip", "application/zip", "everything as tables", write_tables, True),
+    "json": Form("json", "application/json", "everything as one document", write_json, True),
     "mosaic": Form("mosaic.tif", "image/tiff", "the mosaic as GeoTIFF (COG)", write_mosaic_cog),
     "layers": Form(
         "layers.tif", "image/tiff", "looks, age and sigma of every pixel as GeoTIFF (COG)", write_layers_cog
@@ -76,7 +79,8 @@ def write_form(
     if form.write is None:
         write_evidence(store, session_id, out, now_ms)
     else:
-        write_dossier(dossier(store, session_id), name, out, view)
+        tables = tables_of(store, session_id) if form.whole else ()
+        write_dossier(dossier(store, session_id, tables), name, out, view)
 
 
 def write_dossier(found: Dossier, name: str, out: IO[bytes], view: View | None = None) -> None:

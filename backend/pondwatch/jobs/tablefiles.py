@@ -11,7 +11,7 @@ from typing import IO
 
 from pondwatch.core.inspection import inspection_document
 
-from .dossier import Dossier
+from .dossier import Dossier, Table
 from .views import Json
 
 _MOMENT = (1980, 1, 1, 0, 0, 0)
@@ -47,12 +47,17 @@ def write_json(found: Dossier, out: IO[bytes]) -> None:
         "raster": _frame(found),
         "snapshots": [{k: v for k, v in pose.items() if k != "captured_ms"} for pose in found.poses],
         "rods": list(found.rods),
-        "tables": [{"title": t.title, "columns": list(t.columns), "rows": list(t.rows)} for t in found.tables],
+        "tables": [_table(table) for table in found.tables],
         "seal": found.seal,
     }
     text = json.JSONEncoder(ensure_ascii=False, indent=1).iterencode(document)
     for part in text:
         out.write(part.encode())
+
+
+def _table(table: Table) -> Json:
+    told = {"title": table.title, "headline": table.headline, "note": table.note}
+    return {**told, "columns": list(table.columns), "rows": [list(row) for row in table.rows]}
 
 
 def _frame(found: Dossier) -> Json:
