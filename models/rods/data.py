@@ -23,6 +23,7 @@ CROP = (80, 96)  # canonical px, rows and columns
 SCALE_ERROR = 0.2
 SURE, UNSURE = 0.25, 0.08  # share of a rod in the image: to be found from the one, not to be found below the other
 WATERS = ("clear", "murky", "harder", "any")
+COLOURS = ("floor", "wall", "line", "annulus", "fill")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,9 +107,16 @@ def _palette(rng: np.random.Generator) -> Palette:
     if chance < 0.4:
         return palette
     grey, fade = rng.uniform(60, 180, 3), rng.uniform(0.35, 1.0)
-    colours = (grey + fade * (c - grey) for c in (palette.floor, palette.wall, palette.line, palette.annulus))
-    widths = rng.uniform((0.03, 0.03, 0.0), (0.3, 0.25, 0.2)).tolist()
-    return Palette(*colours, grey + fade * (palette.fill - grey), *widths, float(rng.uniform(0, 0.35)))
+    faded = {name: grey + fade * (getattr(palette, name) - grey) for name in COLOURS}
+    wall, line, inner_line = rng.uniform((0.03, 0.03, 0.0), (0.3, 0.25, 0.2)).tolist()
+    return replace(
+        palette,
+        **faded,
+        wall_width=wall,
+        line_width=line,
+        inner_line_width=inner_line,
+        mottle=float(rng.uniform(0, 0.35)),
+    )
 
 
 def _scene(image: Image, simulated: SimulatedPond, pose: Float, camera: Camera) -> Scene:

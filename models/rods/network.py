@@ -40,13 +40,14 @@ class RodNetwork(nn.Module):
             *(Block(width) for _ in range(blocks)),
         )  # fmt: skip
         self.head = nn.Conv2d(width, len(CHANNELS), 1)
-        nn.init.zeros_(self.head.bias)
-        with torch.no_grad():
-            self.head.bias[0] = math.log(RARE / (1 - RARE))
+        at_first = torch.zeros(len(CHANNELS))
+        at_first[0] = math.log(RARE / (1 - RARE))
+        self.head.bias = nn.Parameter(at_first)
 
     def forward(self, planes: Tensor) -> Tensor:
         """See the class."""
-        return self.head(self.body(planes))
+        answer: Tensor = self.head(self.body(planes))
+        return answer
 
 
 def parts(answer: Tensor, target: Tensor, known: Tensor, rod: Tensor) -> dict[str, Tensor]:

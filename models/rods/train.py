@@ -59,7 +59,7 @@ def _step(network: RodNetwork, optimiser: torch.optim.Optimizer, crops: data.Cro
     planes, *wanted = mirrored(*(torch.from_numpy(a[taken]) for a in every))
     value = loss(network(recoloured(planes)), *wanted)
     optimiser.zero_grad()
-    value.backward()
+    torch.autograd.backward(value)
     torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
     optimiser.step()
     return float(value.detach())
