@@ -6,7 +6,7 @@ declare interface Pond { width_m: number; height_m: number; rods?: RodLayout[]; 
 declare interface Counts { snapshots: number; placed: number; uncertain: number; rejected: number; [name: string]: number; }
 declare interface SessionFacts {
   id: string; name: string; state: string; revision: number; created_at?: string; camera?: Camera; pond?: Pond;
-  rods?: number; counts?: Partial<Counts>; coverage?: number | null; quality?: { sentence?: string; [name: string]: unknown } | null;
+  rods?: number; rods_seen?: number; counts?: Partial<Counts>; coverage?: number | null; quality?: { sentence?: string; [name: string]: unknown } | null;
   baseline?: string | null; pose_noise?: { sigma_xy_m: number; sigma_theta_rad: number } | null;
 }
 declare interface PoseRow {

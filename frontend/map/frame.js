@@ -38,3 +38,15 @@ export function footprint({ x_m, y_m, theta_rad }, camera) {
   const corners = [[-halfU, halfV], [halfU, halfV], [halfU, -halfV], [-halfU, -halfV]];
   return corners.map(([along, up]) => [x_m + cos * along - sin * up, y_m + sin * along + cos * up]);
 }
+
+/**
+ * Where a place of the pond lies in a snapshot, as shares of its width and height from the upper left corner; undoes
+ * `footprint`'s pose. Outside 0 to 1 the picture does not hold it.
+ * @param {PlanePose} pose @param {Camera} camera @param {number} xM @param {number} yM
+ * @returns {{u: number, v: number}}
+ */
+export function inPicture({ x_m, y_m, theta_rad }, camera, xM, yM) {
+  const [dx, dy, cos, sin] = [xM - x_m, yM - y_m, Math.cos(theta_rad), Math.sin(theta_rad)];
+  const [along, up] = [cos * dx + sin * dy, cos * dy - sin * dx];
+  return { u: 0.5 + along / (camera.width_px * camera.metres_per_pixel), v: 0.5 - up / (camera.height_px * camera.metres_per_pixel) };
+}

@@ -21,17 +21,18 @@ export class Overlay {
       if (!looks.looks[i]) continue;
       const cell = { looks: looks.looks[i], newestMs: looks.newestMs[i], sigmaM: looks.sigmaM[i] };
       const [red, green, blue] = palette[classOf(classes, valueOf(layer, cell, nowMs, metresPerPixel))];
-      image.data.set([red, green, blue, 190], 4 * i);
+      image.data.set([red, green, blue, 255], 4 * i);
     }
     [this.#canvas.width, this.#canvas.height] = [looks.columns, looks.rows];
     this.#canvas.getContext('2d')?.putImageData(image, 0, 0);
     this.size = [looks.columns * looks.cellM, looks.rows * looks.cellM];
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {import('./frame.js').Frame} frame @param {Pond} pond */
-  paint(context, frame, pond) {
+  /** @param {CanvasRenderingContext2D} context @param {import('./frame.js').Frame} frame @param {Pond} pond @param {number} opacity 0 to 1 */
+  paint(context, frame, pond, opacity) {
     if (!this.size) return;
     context.save();
+    context.globalAlpha = opacity;
     context.beginPath();
     context.rect(frame.x(0), frame.y(pond.height_m), pond.width_m * frame.scale, pond.height_m * frame.scale);
     context.clip();

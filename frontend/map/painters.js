@@ -11,6 +11,7 @@ import { footprint } from './frame.js';
 const NEAREST_FROM = 2; // screen pixels a raster pixel, from which single pixels are shown as they are
 const BADGE_PX = 11; // a symbol's radius where rods are large enough to carry it at their rim
 const BADGE_FROM_PX = 19;
+const LEGIBLE_PX = 7.5; // a symbol's radius from which its letter is read: taken where the rod is large enough for it
 
 /** The pond's floor where nothing was seen: hatched, never a made-up picture.
  * @param {CanvasRenderingContext2D} context @param {Frame} frame @param {Pond} pond @param {Colours} colours */
@@ -60,11 +61,16 @@ export function paintRods(context, frame, rods, row, symbols, opacity) {
     const outer = rod.outer_radius_m * frame.scale;
     const atRim = outer >= BADGE_FROM_PX * frame.dpr;
     const offset = atRim ? outer * 0.62 : 0;
-    const picture = symbols.of(row(rod.id), atRim ? BADGE_PX * frame.dpr : rod.inner_radius_m * frame.scale * 0.85);
+    const picture = symbols.of(row(rod.id), atRim ? BADGE_PX * frame.dpr : radiusOf(rod, frame));
     const [x, y] = [frame.x(rod.x_m) + offset, frame.y(rod.y_m) + offset];
     context.drawImage(picture, Math.round(x - picture.width / 2), Math.round(y - picture.height / 2));
   }
   context.globalAlpha = 1;
+}
+
+/** Device px. @param {RodLayout} rod @param {Frame} frame */
+function radiusOf({ inner_radius_m: innerM, outer_radius_m: outerM }, { scale, dpr }) {
+  return Math.max(innerM * scale * 0.85, Math.min(outerM * scale * 0.9, LEGIBLE_PX * dpr));
 }
 
 /** A ring round the rod that is chosen. @param {CanvasRenderingContext2D} context @param {Frame} frame

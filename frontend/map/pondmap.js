@@ -37,6 +37,7 @@ export class PondMap extends EventTarget {
     });
     this.#map.on('pointermove', (event) => this.#tell('pointer', event.coordinate));
     this.#map.on('singleclick', (event) => this.#tell('choose', event.coordinate));
+    this.#map.on('moveend', () => this.dispatchEvent(new Event('moved')));
     this.#map.on('change:size', () => { if (this.#whole) this.fit(); });
     this.#map.on('pointerdrag', () => { this.#whole = false; });
     target.addEventListener('wheel', () => { this.#whole = false; }, { passive: true });
@@ -50,13 +51,16 @@ export class PondMap extends EventTarget {
     return { xM, yM };
   }
 
+  /** Where it looks; null while it keeps the whole pond in sight. @type {import('../state/address.js').MapView | null} */
+  get view() { return this.#whole ? null : { ...this.centre, metresPerPx: this.metresPerPx }; }
+
   /** Metres a screen pixel. */
   get metresPerPx() { return this.#map.getView().getResolution() ?? 1; }
 
   repaint() { this.#layer.changed(); }
 
   fit() {
-    this.#map.getView().fit(this.#extent, { padding: [14, 24, 44, 40] });
+    this.#map.getView().fit(this.#extent, { padding: [16, 24, 44, 40] });
     this.#whole = true;
   }
 
@@ -71,6 +75,20 @@ export class PondMap extends EventTarget {
   goTo(xM, yM, metresPerPx) {
     this.#whole = false;
     this.#map.getView().animate({ center: [xM, yM], resolution: metresPerPx ?? this.metresPerPx, duration: 200 });
+  }
+
+  /** Bring a place into sight, where it is not. @param {number} xM @param {number} yM */
+  reveal(xM, yM) {
+    const [left, bottom, right, top] = this.#map.getView().calculateExtent(this.#map.getSize());
+    if (xM < left || xM > right || yM < bottom || yM > top) this.goTo(xM, yM);
+  }
+
+  /** Look there at once. @param {import('../state/address.js').MapView} view */
+  show({ xM, yM, metresPerPx }) {
+    this.#whole = false;
+    const view = this.#map.getView();
+    view.setCenter([xM, yM]);
+    view.setResolution(metresPerPx);
   }
 
   dispose() { this.#map.setTarget(undefined); }

@@ -65,6 +65,9 @@ export class Alarms {
   /** @param {number} id */
   get(id) { return this.#all.get(id); }
 
+  /** Whether such an alarm is active, in sight or set aside. @param {string} kind @param {string} subject */
+  isActive(kind, subject) { return [...this.#all.values()].some((alarm) => alarm.active && alarm.kind === kind && alarm.subject === subject); }
+
   /** How many ask for somebody. */
   get ringing() { return [...this.#all.values()].filter(({ rings }) => rings).length; }
 

@@ -31,6 +31,7 @@ export function percent(value, digits = 0) {
 export function length(m) {
   if (m == null || !Number.isFinite(m)) return NONE;
   const size = Math.abs(m);
+  if (size > 0 && size < 0.000005) return '< 0.01 mm';
   if (size < 0.001) return `${(m * 1000).toFixed(2)} mm`;
   if (size < 0.01) return `${(m * 1000).toFixed(1)} mm`;
   if (size < 1) return `${(m * 100).toFixed(1)} cm`;

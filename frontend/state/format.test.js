@@ -12,7 +12,7 @@ test('almost all is never written as all', () => {
 });
 
 test('lengths carry the unit that suits them', () => {
-  assert.deepEqual([0.00012, 0.021, 1.5, null].map(format.length), ['0.12 mm', '2.1 cm', '1.50 m', '–']);
+  assert.deepEqual([0.000002, 0, 0.00012, 0.021, 1.5, null].map(format.length), ['< 0.01 mm', '0.00 mm', '0.12 mm', '2.1 cm', '1.50 m', '–']);
 });
 
 test('angles are degrees', () => assert.equal(format.angle(Math.PI / 2), '90.0°'));

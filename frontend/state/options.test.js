@@ -27,6 +27,14 @@ test('a change is told', () => {
   let told = 0;
   const options = new Options();
   options.addEventListener('change', () => { told += 1; });
-  options.set({ opacity: 0.4 });
-  assert.deepEqual([told, options.opacity], [1, 0.4]);
+  options.fade('rods', 0.4);
+  assert.deepEqual([told, options.opacity], [1, { rods: 0.4, layer: 0.75 }]);
+});
+
+test('what is seen through is written and read again, and never vanishes', () => {
+  const options = new Options();
+  options.fade('layer', 0.4);
+  options.fade('rods', 0);
+  assert.equal(options.words(), 'rods10,layer40');
+  assert.deepEqual(new Options().read('rods10,layer40').opacity, options.opacity);
 });

@@ -3,11 +3,17 @@
 
 const WINDOW_MS = 10_000;
 const LATENCIES = 200;
+const SAMPLE_MS = 5000;
+export const SAMPLES = 60;
+
+/** One point of a trend; null where there was nothing to tell. @typedef {{rate: number, latencyMs: number | null, queue: number | null}} Sample */
 
 export class Pulse {
   /** @type {number[]} */ #arrivals = [];
   /** @type {number[]} */ #latencies = [];
   #nowMs = 0;
+  #sampledMs = -Infinity;
+  /** The last five minutes of this page, oldest first. @type {Sample[]} */ samples = [];
 
   /** New snapshots, by the server's clock. @param {number[]} receivedMs when the server took them @param {number} nowMs */
   arrived(receivedMs, nowMs) {
@@ -25,6 +31,14 @@ export class Pulse {
     this.#nowMs = nowMs;
     const first = this.#arrivals.findIndex((at) => at > nowMs - WINDOW_MS);
     this.#arrivals = first < 0 ? [] : this.#arrivals.slice(first);
+  }
+
+  /** Take a point of the trend, where it is time for one. @param {number} nowMs @param {number | null} queue not yet corrected */
+  sample(nowMs, queue) {
+    if (nowMs - this.#sampledMs < SAMPLE_MS) return;
+    this.#sampledMs = nowMs;
+    const latencyMs = this.#arrivals.length ? this.latencyMs : null;
+    this.samples = [...this.samples, { rate: this.perSecond, latencyMs, queue }].slice(-SAMPLES);
   }
 
   get perSecond() { return this.#arrivals.length / (WINDOW_MS / 1000); }

@@ -24,3 +24,15 @@ test('a receipt that is not told does not count as quick', () => {
   pulse.arrived([NaN], 1000);
   assert.equal(pulse.latencyMs, null);
 });
+
+test('the trend has a point every 5 s, of the last 5 minutes, with a gap where nothing came', () => {
+  const pulse = new Pulse();
+  pulse.arrived([100], 200);
+  for (let at = 0; at <= 400_000; at += 1000) {
+    pulse.tick(at + 1000);
+    pulse.sample(at + 1000, at === 0 ? 3 : 0);
+    if (at === 0) assert.deepEqual(pulse.samples, [{ rate: 0.1, latencyMs: 100, queue: 3 }]);
+  }
+  assert.equal(pulse.samples.length, 60);
+  assert.deepEqual(pulse.samples.at(-1), { rate: 0, latencyMs: null, queue: 0 });
+});

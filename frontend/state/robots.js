@@ -4,7 +4,10 @@
 /** The server's own limit wins, once it is known. */
 export const SILENT_S = 8;
 
-/** @typedef {'heard' | 'silent' | 'ended' | 'unknown'} Hearing */
+/**
+ * behind: what shows here is old, but the server holds snapshots that it has not corrected yet, and calls nobody silent.
+ * @typedef {'heard' | 'silent' | 'behind' | 'ended' | 'unknown'} Hearing
+ */
 /** @typedef {{name: string, pose: PoseRow, ageS: number | null, hearing: Hearing, driftM: number | null}} RobotView */
 
 /**
@@ -14,11 +17,10 @@ export const SILENT_S = 8;
  * @returns {RobotView[]} by name, numbers in names counted as numbers
  */
 export function robotViews(inspection, nowMs, linked = true) {
-  const { state } = inspection.facts;
   return [...inspection.robots]
     .map(([name, { pose, heardAt }]) => {
       const ageS = Number.isFinite(heardAt) ? Math.max(0, (inspection.serverMs(nowMs) - heardAt) / 1000) : null;
-      return { name, pose, ageS, hearing: hearingOf(linked ? ageS : null, state, inspection.alarms?.limits.robot_silent_s ?? SILENT_S), driftM: driftOf(pose) };
+      return { name, pose, ageS, hearing: hearingOf(inspection, name, linked ? ageS : null), driftM: driftOf(pose) };
     })
     .sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true }));
 }
@@ -28,11 +30,13 @@ export function isRunning(state) {
   return !['finished', 'finishing', 'failed', 'closed'].includes(state);
 }
 
-/** @param {number | null} ageS @param {string} state @param {number} silentS @returns {Hearing} */
-function hearingOf(ageS, state, silentS) {
+/** @param {import('./inspection.js').Inspection} inspection @param {string} name @param {number | null} ageS @returns {Hearing} */
+function hearingOf({ facts: { state, counts }, alarms, heldAtMs }, name, ageS) {
   if (!isRunning(state)) return 'ended';
   if (ageS === null) return 'unknown';
-  return ageS >= silentS ? 'silent' : 'heard';
+  if (ageS < (alarms?.limits.robot_silent_s ?? SILENT_S)) return 'heard';
+  const queued = heldAtMs == null && (counts?.pending ?? 0) > 0;
+  return queued && !alarms?.isActive('robot-silent', name) ? 'behind' : 'silent';
 }
 
 /** How far the correction moved the pose that came in, m. @param {PoseRow} pose */

@@ -40,3 +40,13 @@ test('while the server is not heard nobody knows who is silent', () => {
   const [view] = robotViews({ robots, facts: { state: 'running' }, serverMs: (now) => now }, NOW, false);
   assert.deepEqual([view.hearing, view.ageS], ['unknown', 100]);
 });
+
+test('a robot whose snapshots wait for their correction is behind, unless the server says that it is silent', () => {
+  const row = { robot: 'a', x_m: null, y_m: null };
+  const alarms = { limits: {}, isActive: (kind, subject) => kind === 'robot-silent' && subject === 'b' };
+  const inspection = (pending) => ({ robots: new Map(['a', 'b'].map((name) => [name, { pose: row, heardAt: NOW - 9000 }])), alarms,
+    facts: { state: 'open', counts: { pending } }, serverMs: (now) => now });
+  assert.deepEqual(robotViews(inspection(40), NOW).map(({ hearing }) => hearing), ['behind', 'silent']);
+  assert.deepEqual(robotViews(inspection(0), NOW).map(({ hearing }) => hearing), ['silent', 'silent']);
+  assert.deepEqual(robotViews({ ...inspection(40), heldAtMs: NOW }, NOW).map(({ hearing }) => hearing), ['silent', 'silent']);
+});

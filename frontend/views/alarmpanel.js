@@ -29,9 +29,10 @@ export class AlarmPanel {
     this.#more.addEventListener('click', uses.list);
   }
 
-  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock */
-  update(alarms, notes, nowMs) {
+  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock @param {boolean} live */
+  update(alarms, notes, nowMs, live) {
     if (this.#shown !== alarms.version) this.#draw(alarms);
+    setText(this.#title, titleOf(alarms, live));
     for (const { age, since } of this.#ages) setText(age, format.age((nowMs - since) / 1000));
     const noted = notes.map(({ text }) => text).join('\n');
     if (noted === this.#noted) return;
@@ -47,8 +48,7 @@ export class AlarmPanel {
     this.#ages = [];
     const lines = alarms.groups.flatMap((group) => (group.flood ? [this.#flood(group)] : group.alarms.slice(0, SHOWN).map((alarm) => this.#line(alarm))));
     this.#list.replaceChildren(...lines);
-    const { ringing, current, aside } = alarms;
-    setText(this.#title, current.length ? `Alarms · ${current.length}, ${ringing} not acknowledged` : 'No alarms');
+    const { aside } = alarms;
     setText(this.#more, aside.length ? `All alarms · ${aside.length} set aside` : 'All alarms');
     if (held) /** @type {HTMLElement | null} */ (this.#list.querySelector(`[data-key="${CSS.escape(held)}"]`) ?? this.#list.querySelector('button') ?? this.#more)?.focus();
   }
@@ -87,4 +87,10 @@ export class AlarmPanel {
     return alarms.length > 0 && h('button', { type: 'button', class: 'ack', 'data-key': key, 'aria-label': `${text} ${name}`,
       title: `Acknowledge ${name} (Q for the worst)`, text, onClick: () => this.#uses.acknowledge(alarms) });
   }
+}
+
+/** In a review they are still those of now, and say so. @param {Alarms} alarms @param {boolean} live */
+function titleOf({ current, ringing }, live) {
+  const now = live ? '' : ' now';
+  return current.length ? `Alarms${now} · ${current.length}, ${ringing} not acknowledged` : `No alarms${now}`;
 }

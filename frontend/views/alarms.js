@@ -72,10 +72,10 @@ export class AlarmDesk {
     else if (act === 'acknowledge') this.dialog.ask(act, open(this.#inspection.alarms.groups[0]?.alarms ?? [], act));
   }
 
-  /** @param {Inspection} shown which the notes are of @param {number} nowMs the server's clock */
-  update(shown, nowMs) {
+  /** Alarms are always those of now. @param {boolean} live whether the page shows now too @param {number} nowMs the server's clock */
+  update(live, nowMs) {
     const { alarms } = this.#inspection;
-    this.panel.update(alarms, attentionOf(shown), nowMs);
+    this.panel.update(alarms, attentionOf(this.#inspection), nowMs, live);
     this.list.update(nowMs);
     if (this.#version === alarms.version) return;
     this.#version = alarms.version;

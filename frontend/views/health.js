@@ -2,25 +2,29 @@
 /** Health of the picture: how quick, how sure, how fresh; and where to look next. */
 
 import * as format from '../state/format.js';
+import { SAMPLES } from '../state/pulse.js';
 import { h, setText } from './dom.js';
+import { Trend } from './trend.js';
 
 const ROWS = {
-  rate: 'Snapshots', latency: 'Upload to here', queue: 'Not yet corrected', noise: 'Poses were off by', twice: 'Seen twice in 30 min', next: 'Look next',
+  rate: 'Snapshots', latency: 'Upload to here', queue: 'Not yet corrected', noise: 'Poses were off by', twice: 'Coverage', next: 'Look next',
 };
+const TRENDS = /** @type {const} */ (['rate', 'latency', 'queue']);
 
 /** @typedef {keyof typeof ROWS} Row */
 
 export class Health {
   /** @type {Map<Row, HTMLElement>} */ #values = new Map();
-  #go = h('button', { type: 'button', id: 'look-next' });
+  /** @type {Map<Row, Trend>} */ #trends = new Map(TRENDS.map((name) => [name, new Trend(ROWS[name])]));
+  #go = h('button', { type: 'button', id: 'look-next', title: 'Show it on the map (N)' });
 
   /** @param {() => void} goNext */
   constructor(goNext) {
     this.#go.addEventListener('click', goNext);
     const rows = /** @type {[Row, string][]} */ (Object.entries(ROWS)).flatMap(([name, word]) => {
-      const value = h('dd', { id: `health-${name}` });
+      const value = h('span', { id: `health-${name}` });
       this.#values.set(name, value);
-      return [h('dt', { text: word }), value];
+      return [h('dt', { text: word }), h('dd', {}, value, this.#trends.get(name)?.element)];
     });
     this.#values.get('next')?.append(this.#go);
     this.element = h('section', {}, h('h2', { text: 'Health of the picture' }), h('dl', { class: 'facts' }, ...rows));
@@ -32,10 +36,14 @@ export class Health {
    */
   update(pulse, inspection, looks) {
     this.#write('rate', `${pulse.perSecond.toFixed(1)} a second`);
-    this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, at worst ${format.delay(pulse.worstMs)}`);
+    this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, ${format.delay(pulse.worstMs)} at worst`);
     this.#write('queue', format.count(inspection.facts.counts?.pending));
     this.#write('noise', format.length(inspection.meanDriftM));
-    this.#write('twice', format.percent(looks?.twiceShare, 1));
+    const twice = looks?.twiceShare;
+    this.#write('twice', twice == null ? format.NONE : `${format.percent(twice, 1)} of rods seen at least twice in 30 minutes`);
+    this.#trends.get('rate')?.show(pulse.samples.map(({ rate }) => rate), SAMPLES);
+    this.#trends.get('latency')?.show(pulse.samples.map(({ latencyMs }) => latencyMs), SAMPLES);
+    this.#trends.get('queue')?.show(pulse.samples.map(({ queue }) => queue), SAMPLES);
     const next = looks?.next;
     this.#go.hidden = !next;
     if (next) setText(this.#go, `${next.xM.toFixed(2)}, ${next.yM.toFixed(2)} m · ${next.rods} rods`);

@@ -3,16 +3,24 @@
 
 import { h } from './dom.js';
 
-/** @typedef {{keys: string[], word: string, run: () => void}} Action */
+/** @typedef {{keys: string[], word: string, run: () => void, group?: string}} Action */
 
 /** @param {Action[]} actions */
 export function helpDialog(actions) {
-  const rows = actions.flatMap(({ keys, word }) => [h('dt', {}, ...keys.slice(0, 1).map((key) => h('kbd', { text: NAMES[key] ?? key.toUpperCase() }))), h('dd', { text: word })]);
-  rows.push(h('dt', {}, h('kbd', { text: 'Arrows' })), h('dd', { text: 'Pan, while the map has the focus' }));
-  rows.push(h('dt', {}, h('kbd', { text: 'Tab' })), h('dd', { text: 'Next control; Enter presses it' }));
-  const close = h('button', { type: 'button', text: 'Close', onClick: () => dialog.close() });
-  const dialog = h('dialog', { id: 'help', 'aria-labelledby': 'help-title' }, h('h2', { id: 'help-title', text: 'Keys' }), h('dl', { class: 'keys' }, ...rows), close);
+  const groups = new Map([...actions].map(({ group = 'Page' }) => [group, /** @type {HTMLElement[]} */ ([])]));
+  for (const { keys, word, group = 'Page' } of actions) groups.get(group)?.push(...row(NAMES[keys[0]] ?? keys[0].toUpperCase(), word));
+  groups.get('Map')?.push(...row('Arrows', 'Pan, while the map has the focus'));
+  groups.get('Page')?.push(...row('Tab', 'Next control; Enter presses it'));
+  const sections = [...groups].map(([title, rows]) => h('section', {}, h('h3', { text: title }), h('dl', { class: 'keys' }, ...rows)));
+  const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => dialog.close() });
+  const dialog = h('dialog', { id: 'help', 'aria-labelledby': 'help-title' },
+    h('div', { class: 'panel-head' }, h('h2', { id: 'help-title', text: 'Keys' }), close), h('div', { class: 'key-groups' }, ...sections));
   return dialog;
+}
+
+/** @param {string} key @param {string} word */
+function row(key, word) {
+  return [h('dt', {}, h('kbd', { text: key })), h('dd', { text: word })];
 }
 
 /** @type {Record<string, string>} */

@@ -81,7 +81,7 @@ export class Home {
 /** @param {SessionFacts[]} sessions */
 function table(sessions) {
   const heads = ['Inspection', 'State', 'Started'].map((text) => h('th', { scope: 'col', text }));
-  const numbers = ['Snapshots', 'Coverage'].map((text) => h('th', { scope: 'col', class: 'number', text }));
+  const numbers = ['Snapshots', 'Rods read', 'Floor seen'].map((text) => h('th', { scope: 'col', class: 'number', text }));
   return h('table', {}, h('thead', {}, h('tr', {}, ...heads, ...numbers)), h('tbody', {}, ...sessions.map(row)));
 }
 
@@ -92,12 +92,23 @@ function row(session) {
     h('td', {}, h('span', { class: 'badge', text: session.state })),
     h('td', { text: format.moment(session.created_at) }),
     h('td', { class: 'number', text: format.count(session.counts?.snapshots) }),
+    h('td', { class: 'number', text: session.rods ? `${format.count(session.rods_seen)} of ${format.count(session.rods)}` : 'no layout' }),
     h('td', { class: 'number', text: format.percent(session.coverage) }));
 }
 
 function welcome() {
   return h('div', { class: 'note' },
-    h('p', { text: 'There is no inspection yet. A base station starts one when it begins to upload; this page shows it as soon as it does.' }),
-    h('p', {}, 'To watch a simulated pond assemble itself, run ', h('code', { text: `pondwatch simulate --url ${location.origin}` }), ' on this machine.'),
-    h('p', {}, 'To upload a recorded session, run ', h('code', { text: `pondwatch upload BUNDLE --url ${location.origin}` }), '.'));
+    h('p', {}, h('strong', { text: 'There is no inspection yet.' })),
+    h('p', { text: 'A base station starts one when it begins to upload; this page shows it as soon as it does.' }),
+    h('p', { text: 'To watch a simulated pond assemble itself, run on this machine:' }), command(`pondwatch simulate --url ${location.origin}`),
+    h('p', { text: 'To upload a recorded session:' }), command(`pondwatch upload BUNDLE --url ${location.origin}`));
+}
+
+/** A line for a terminal, with a button that takes it to the clipboard where the browser allows that. @param {string} text */
+function command(text) {
+  const copy = h('button', { type: 'button', text: 'Copy', 'aria-label': `Copy: ${text}`, hidden: !navigator.clipboard, onClick: async () => {
+    await navigator.clipboard.writeText(text);
+    copy.textContent = 'Copied';
+  } });
+  return h('p', { class: 'command' }, h('code', { text }), copy);
 }

@@ -1,29 +1,39 @@
 // @ts-check
-/** The layer's classes, on the map; and that the picture is the raw one, unmistakably. */
+/** The layer's classes, under the map; and over it that the picture is the raw one, or one of the past, unmistakably. */
 
 import { CLASSES } from '../state/classes.js';
 import { h, setText } from './dom.js';
+import { opacitySlider } from './opacity.js';
 
 export class LayerLegend {
   #note = h('p', { class: 'raw-note', id: 'raw-note' });
   #review = h('p', { class: 'review-note', id: 'review-note' });
-  #classes = h('div');
-  element = h('div', { class: 'layer-legend' }, this.#review, this.#note, this.#classes);
+  /** Over the map. */ notes = h('div', { class: 'map-notes' }, this.#review, this.#note);
+  /** Under it. */ element = h('div', { class: 'layer-legend' });
+  #options;
+  #opacity;
 
-  /** @param {import('../state/options.js').Options} options @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} raw
+  /** @param {import('../state/options.js').Options} options */
+  constructor(options) {
+    this.#options = options;
+    this.#opacity = opacitySlider(options, 'layer', 'the layer');
+  }
+
+  /** @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} raw
    * @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} [past] absent while live */
-  update({ layer, picture }, raw, past) {
+  update(raw, past) {
+    const { layer, picture } = this.#options;
     this.#note.hidden = picture !== 'raw';
     if (picture === 'raw') setText(this.#note, `RAW POSES · as the robots said, not corrected${progress(raw)}`);
     this.#review.hidden = past === undefined;
     if (past !== undefined) setText(this.#review, `REVIEW · what was seen by then, as it is known now${picture === 'raw' ? '' : progress(past)}`);
-    if (this.#classes.dataset.layer === layer) return;
-    this.#classes.dataset.layer = layer;
-    this.#classes.replaceChildren();
+    if (this.element.dataset.layer === layer) return;
+    this.element.dataset.layer = layer;
+    this.element.replaceChildren();
     if (layer === 'none') return;
     const { title, classes } = CLASSES[layer];
-    this.#classes.append(h('strong', { text: title }), h('ul', {}, ...classes.map(({ word, colour }) => h('li', {}, h('span', { class: `swatch ${colour}` }), word)),
-      h('li', {}, h('span', { class: 'swatch never' }), 'never seen')));
+    this.element.append(h('strong', { text: title }), h('ul', {}, ...classes.map(({ word, colour }) => h('li', {}, h('span', { class: `swatch ${colour}` }), word)),
+      h('li', {}, h('span', { class: 'swatch never' }), 'never seen')), this.#opacity);
   }
 }
 

@@ -17,52 +17,60 @@ import { Finish } from './finish.js';
 import { Health } from './health.js';
 import { helpDialog } from './help.js';
 import { listen } from './keys.js';
+import { actionsOf } from './liveactions.js';
 import { LayerLegend } from './layerlegend.js';
 import { PondView } from './pondview.js';
 import { RobotStrip } from './robotstrip.js';
 import { RodPanel } from './rodpanel.js';
 import { Summary } from './summary.js';
 import { Tables } from './tables.js';
-import { toggleTheme } from './theme.js';
 import { Toolbar } from './toolbar.js';
 import { Timekeeper } from './timekeeper.js';
 import { TopBar } from './topbar.js';
 
 const CLOCK_MS = 250;
 const PANELS_MS = 200;
+const ADDRESS_MS = 300;
 
 export class Live {
   #finish;
   #bar;
-  #summary = new Summary();
+  #summary;
   #health = new Health(() => this.#goNext());
-  #legend = new LayerLegend();
+  #legend;
   #pulse = new Pulse();
   #mapBox = h('div', { class: 'map', id: 'map', tabindex: '0', role: 'application', 'aria-label': 'Map of the pond; arrow keys pan, plus and minus zoom' });
   #banner = h('div', { class: 'banner', role: 'alert' }, h('strong'), h('span'));
-  #cursor = h('div', { class: 'cursor', text: 'x –   y –' });
-  #area = h('div', { class: 'map-area' }, this.#mapBox, this.#legend.element, this.#banner, this.#cursor);
+  #wait = h('p', { class: 'wait', id: 'wait', role: 'status', text: 'Waiting for the inspection as it stands…' });
+  #cursor = h('div', { class: 'cursor', hidden: true });
+  #area = h('div', { class: 'map-area' }, this.#mapBox, this.#wait);
   #column = h('div', { class: 'map-column' }, this.#area);
   /** @type {PondView | null} */ #view = null;
-  #rodWanted;
+  /** What the address asked for, until it can be had. @type {Pick<import('../state/address.js').Address, 'rod' | 'view' | 'at'>} */ #wanted;
+  #addressedAt = -Infinity;
   #due = false;
   #hearing = '';
 
   /** @param {SessionFacts} facts @param {import('../state/address.js').Address} address */
-  constructor(facts, { rod, show }) {
+  constructor(facts, { rod, show, view, at }) {
     this.inspection = new Inspection(facts);
     this.#finish = new Finish(facts.id);
     this.alarms = new AlarmDesk(this.inspection, (alarm) => this.#goToAlarm(alarm));
     this.#bar = new TopBar([this.alarms.button, this.#finish.button]);
     this.options = new Options().read(show);
+    this.#summary = new Summary(this.options);
+    this.#legend = new LayerLegend(this.options);
+    this.#area.append(this.#banner, this.#cursor);
+    this.#column.prepend(this.#legend.notes);
+    this.#column.append(this.#legend.element);
     this.time = new Timekeeper(this.inspection);
     this.#column.append(this.time.bar.element);
-    this.#rodWanted = rod;
+    this.#wanted = { rod, view, at };
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
     const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#summary.element, this.#health.element);
-    this.#actions = this.#makeActions();
+    this.#actions = actionsOf(this, { goNext: () => this.#goNext(), close: () => this.#close(), help: () => this.help.showModal() });
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
     this.element = h('div', {}, this.#bar.element, this.#main, this.help, this.#finish.dialog, ...this.alarms.overlays);
@@ -88,7 +96,7 @@ export class Live {
     inspection.addEventListener('session', () => this.#revision());
     rodPanel.addEventListener('choose', () => this.#showEvidence());
     rodPanel.addEventListener('close', () => this.#chooseRod(null));
-    this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#update(); });
+    this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#address(); this.#update(); });
     this.options.addEventListener('change', () => { this.#address(); this.#update(); });
     addEventListener('online', () => link.restart());
     listen(this.#actions);
@@ -98,36 +106,6 @@ export class Live {
   }
 
   get #serverMs() { return this.inspection.serverMs(Date.now()); }
-
-  /** @returns {import('./help.js').Action[]} */
-  #makeActions() {
-    const { options } = this;
-    const map = (/** @type {(view: PondView) => void} */ run) => () => { if (this.#view) run(this.#view); };
-    return [
-      ...this.alarms.actions, { keys: ['c'], word: 'Raw or corrected poses', run: () => options.togglePicture() },
-      { keys: ['l'], word: 'Next layer: looks, age, uncertainty', run: () => options.nextLayer() },
-      { keys: ['r'], word: 'Rods', run: () => options.toggle('rods') },
-      { keys: ['b'], word: 'Robots', run: () => options.toggle('robots') },
-      { keys: ['k'], word: 'Tracks of the robots', run: () => options.toggle('tracks') },
-      { keys: ['g'], word: 'Grid of metres', run: () => options.toggle('grid') },
-      { keys: ['m'], word: 'Measure: click two points, or P at the cross', run: map((view) => view.toggleMeasure()) },
-      { keys: ['p'], word: 'Measure from or to the cross', run: map((view) => view.measureTo()) },
-      { keys: ['+', '='], word: 'Closer', run: map((view) => view.map.zoom(1.5)) },
-      { keys: ['-'], word: 'Farther', run: map((view) => view.map.zoom(1 / 1.5)) },
-      { keys: ['0', 'f'], word: 'The whole pond', run: map((view) => view.map.fit()) },
-      { keys: ['/'], word: 'Find a rod', run: () => document.getElementById('find')?.focus() },
-      { keys: ['n'], word: 'Where to look next', run: () => this.#goNext() },
-      { keys: [' '], word: 'Hold this moment; replay or pause', run: () => this.time.toggle() },
-      { keys: [','], word: 'Back by 5 s', run: () => this.time.step(-5) },
-      { keys: ['.'], word: 'On by 5 s', run: () => this.time.step(5) },
-      { keys: ['v'], word: 'Back to live', run: () => this.time.clock.goLive() },
-      { keys: ['d'], word: 'Tables', run: () => this.tables.toggle(Boolean(this.tables.element.hidden)) },
-      { keys: ['t'], word: 'Light or dark', run: toggleTheme },
-      { keys: ['i'], word: 'All inspections', run: () => location.assign('/?inspections') },
-      { keys: ['?'], word: 'These keys', run: () => this.help.showModal() },
-      { keys: ['Escape'], word: 'Close the panel or the tables', run: () => this.#close() },
-    ];
-  }
 
   #hello() {
     const { raster, facts, revision } = this.inspection;
@@ -140,6 +118,9 @@ export class Live {
   #makeView(raster, pond) {
     const view = new PondView(this.#mapBox, this.inspection, raster, pond, this.options);
     view.addEventListener('choose', (event) => this.#chooseRod(/** @type {CustomEvent} */ (event).detail));
+    if (this.#wanted.view) view.map.show(this.#wanted.view);
+    this.#wanted.view = null;
+    view.addEventListener('moved', () => this.#address());
     view.addEventListener('measure', () => this.#measured(view));
     view.addEventListener('pointer', (event) => this.#point(/** @type {CustomEvent} */ (event).detail));
     this.#view = view;
@@ -148,10 +129,13 @@ export class Live {
     });
     this.#column.prepend(toolbar.element);
     this.#area.append(this.tables.element, this.alarms.list.element, tools(view));
-    if (this.#rodWanted) this.#find(this.#rodWanted);
+    if (this.#wanted.rod) this.#find(this.#wanted.rod);
   }
 
   #revision() {
+    const { at } = this.#wanted;
+    this.#wanted.at = null;
+    if (at !== null) this.time.clock.seek(at);
     if (this.inspection.revision !== null) this.#view?.painted.wait(this.inspection.revision);
     if (this.time.live) this.#view?.advance();
     else this.#view?.repaint(); // the past stands still
@@ -174,6 +158,7 @@ export class Live {
     const now = Date.now();
     this.time.tick();
     this.#pulse.tick(this.#serverMs);
+    this.#pulse.sample(this.#serverMs, this.inspection.facts.counts?.pending ?? null);
     this.#view?.recount();
     this.#bar.update(this.inspection, this.link, now);
     this.#finish.update(this.inspection.facts.state);
@@ -184,10 +169,12 @@ export class Live {
     const hearing = robots.map((robot) => robot.hearing).join();
     if (hearing !== this.#hearing) this.#view?.repaint();
     this.#hearing = hearing;
-    this.alarms.update(this.time.shown, this.#serverMs);
+    this.alarms.update(this.time.live, this.#serverMs);
     this.#health.update(this.#pulse, this.time.shown, this.#view?.looks ?? null);
-    this.#legend.update(this.options, this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null);
+    this.#legend.update(this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null);
     setAttribute(this.#main, 'data-link', this.link.state);
+    this.#wait.hidden = this.inspection.revision !== null; // that nothing is known yet is not that nothing was observed
+    setAttribute(this.#main, 'data-loading', this.#wait.hidden ? null : '');
     setAttribute(this.#main, 'data-mode', this.time.live ? 'live' : 'review');
     if (this.link.state === 'disconnected') {
       const asOf = this.inspection.dataAt ? `The picture is ${format.age((now - this.inspection.dataAt) / 1000)} old.` : 'Nothing was received yet.';
@@ -206,6 +193,7 @@ export class Live {
     if (this.#view?.measure.distanceM) return; // the distance stays to be read
     const cell = this.#view?.looks?.at(xM, yM);
     const seen = cell?.looks ? `seen ${cell.looks} ×, ${format.age((this.time.shown.serverMs(Date.now()) - cell.newestMs) / 1000)} ago` : cell ? 'never seen' : 'outside';
+    this.#cursor.hidden = false;
     setText(this.#cursor, `${format.place(xM, yM)}   ${seen}`);
   }
 
@@ -213,7 +201,9 @@ export class Live {
   #measured({ measure }) {
     document.getElementById('measure')?.setAttribute('aria-pressed', String(measure.active));
     const words = measure.distanceM === null ? 'Measure: two points, by click or P' : `Distance ${format.length(measure.distanceM)}`;
-    if (measure.active) setText(this.#cursor, words);
+    if (!measure.active) return;
+    this.#cursor.hidden = false;
+    setText(this.#cursor, words);
   }
 
   /** @param {string} id */
@@ -222,6 +212,7 @@ export class Live {
     if (!rod || !this.#view) return false;
     this.tables.toggle(false);
     this.#chooseRod(rod);
+    this.#view.map.reveal(rod.x_m, rod.y_m);
     return true;
   }
 
@@ -229,6 +220,7 @@ export class Live {
   #chooseRod(rod) {
     if (!this.#view || this.#view.chosenRod === rod) return;
     this.#view.chosenRod = rod;
+    this.#wanted.rod = null;
     this.#view.evidence = null;
     this.#address();
     if (rod) void this.rodPanel.open(this.time.shown.rod(rod.id), rod);
@@ -275,10 +267,19 @@ export class Live {
 
   /** The view as the page's address. */
   #address() {
-    const address = { session: this.inspection.facts.id, rod: this.#view?.chosenRod?.id ?? this.#rodWanted, show: this.options.words() };
-    this.#rodWanted = null;
-    history.replaceState(null, '', addressOf(address));
+    if (this.#addressedAt + ADDRESS_MS > performance.now()) return this.#addressLater();
+    this.#addressedAt = performance.now();
+    const rod = this.#view?.chosenRod?.id ?? this.#wanted.rod;
+    const view = this.#view ? this.#view.map.view : this.#wanted.view;
+    const at = this.time.clock.atMs ?? this.#wanted.at;
+    history.replaceState(null, '', addressOf({ session: this.inspection.facts.id, rod, show: this.options.words(), view, at }));
   }
+
+  /** Browsers allow only so many changes of the address in a while: a drag or a replay makes many. */
+  #addressLater() {
+    this.#addressTimer ??= setTimeout(() => { this.#addressTimer = undefined; this.#address(); }, ADDRESS_MS);
+  }
+  /** @type {number | undefined} */ #addressTimer;
 }
 
 /** @param {string} session @returns {import('../live/link.js').World} */

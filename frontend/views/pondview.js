@@ -55,8 +55,9 @@ export class PondView extends EventTarget {
     if (inspection.facts.camera) this.looks = new Looks(pond, inspection.facts.camera);
     this.#map = new PondMap(target, pond, raster.metres_per_pixel, (context, frame) => this.#paint(context, frame));
     this.#map.addEventListener('choose', (event) => this.#choose(/** @type {CustomEvent} */ (event).detail));
+    this.#map.addEventListener('moved', () => this.dispatchEvent(new Event('moved')));
     this.#map.addEventListener('pointer', (event) => this.dispatchEvent(new CustomEvent('pointer', { detail: /** @type {CustomEvent} */ (event).detail })));
-    options.addEventListener('change', () => this.refresh());
+    options.addEventListener('change', () => this.#optionsChanged());
     document.addEventListener('themechange', () => this.#retheme());
     this.refresh();
   }
@@ -71,6 +72,16 @@ export class PondView extends EventTarget {
     this.#fill();
     this.repaint();
   }
+
+  /** How much is seen through changes nothing that is derived. */
+  #optionsChanged() {
+    const { layer, picture } = this.#options;
+    const derived = `${layer} ${picture}`;
+    if (derived === this.#derived) this.repaint();
+    else this.refresh();
+    this.#derived = derived;
+  }
+  #derived = '';
 
   /** Count looks again, where there is something new and it was not done just now. @param {boolean} [now] */
   recount(now = false) {
@@ -127,9 +138,9 @@ export class PondView extends EventTarget {
     const robots = robotViews(this.#inspection, Date.now(), this.linked);
     paintFloor(context, frame, this.#pond, this.#colours);
     paintMosaic(context, frame, this.#raster, this.#pond);
-    if (layer !== 'none') this.#overlay.paint(context, frame, this.#pond);
+    if (layer !== 'none') this.#overlay.paint(context, frame, this.#pond, opacity.layer);
     if (marks.grid) paintGrid(context, frame, this.#pond, this.#colours);
-    if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity);
+    if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity.rods);
     if (marks.tracks) paintTracks(context, frame, this.#inspection.poses.values(), this.#colours);
     if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(whereSaid) : robots, camera, this.#colours);
     if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);

@@ -6,7 +6,13 @@ import { h, setAttribute, setText } from './dom.js';
 
 /** @typedef {import('../state/robots.js').RobotView} RobotView */
 
-const STATUS_WORDS = { placed: 'placed', uncertain: 'uncertain', rejected: 'not placed' };
+/** A place that is sure needs no word. */
+const STATUS_WORDS = { placed: [], uncertain: ['uncertain'], rejected: ['not placed'] };
+
+/** @type {Partial<Record<import('../state/robots.js').Hearing, (age: string) => string>>} */
+const HEARD = { silent: (age) => `SILENT ${age}`, behind: (age) => `queued ${age}`, ended: () => 'ended', unknown: (age) => `? ${age}` };
+/** @type {Partial<Record<import('../state/robots.js').Hearing, string>>} */
+const HINTS = { silent: ', silent', behind: '; newer ones wait for their correction', unknown: '; the server is not heard' };
 
 export class RobotStrip {
   /** @type {Map<string, Card>} */ #cards = new Map();
@@ -41,18 +47,20 @@ class Card {
 
   /** @param {string} name @param {(robot: RobotView) => void} choose */
   constructor(name, choose) {
-    this.element = h('button', { class: 'robot', type: 'button', 'data-robot': name, title: `Show ${name} on the map`, onClick: () => this.#robot && choose(this.#robot) },
+    this.element = h('button', { class: 'robot', type: 'button', 'data-robot': name, onClick: () => this.#robot && choose(this.#robot) },
       h('strong', { text: name }), this.#state, this.#where, this.#how);
   }
 
   /** @param {RobotView} robot */
   update(robot) {
     this.#robot = robot;
-    const { pose, ageS, hearing, driftM } = robot;
+    const { name, pose, ageS, hearing, driftM } = robot;
     setAttribute(this.element, 'data-hearing', hearing);
-    setText(this.#state, hearing === 'silent' ? `SILENT ${format.age(ageS)}` : hearing === 'ended' ? 'ended' : hearing === 'unknown' ? `? ${format.age(ageS)}` : format.age(ageS));
+    setAttribute(this.element, 'title', `${name}: snapshot ${pose.sequence}${HINTS[hearing] ?? ''}; show it on the map`);
+    setText(this.#state, HEARD[hearing]?.(format.age(ageS)) ?? format.age(ageS));
     setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
       : `${pose.x_m.toFixed(2)}, ${pose.y_m.toFixed(2)} m  ${format.angle(pose.theta_rad)}`);
-    setText(this.#how, `#${pose.sequence} ${STATUS_WORDS[pose.status]}${driftM === null ? '' : `, moved ${format.length(driftM)}`}`);
+    setAttribute(this.#how, 'data-status', pose.status);
+    setText(this.#how, [...STATUS_WORDS[pose.status], ...(driftM === null ? [] : [`moved ${format.length(driftM)}`])].join(', '));
   }
 }

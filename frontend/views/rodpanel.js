@@ -2,6 +2,7 @@
 /** Why a rod says what it says: its reading, and the snapshots behind it. */
 
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
+import { inPicture } from '../map/frame.js';
 import { Symbols } from '../map/symbols.js';
 import * as format from '../state/format.js';
 import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
@@ -12,7 +13,9 @@ import { rodPalette } from './theme.js';
 const MOST_SHOWN = 24;
 
 export class RodPanel extends EventTarget {
+  #facts;
   #session;
+  /** @type {RodLayout | null} */ #layout = null;
   #asked = 0;
   /** @type {string | null} */ #rodId = null;
   /** @type {Evidence | null} */ #chosen = null;
@@ -24,6 +27,7 @@ export class RodPanel extends EventTarget {
   /** @param {() => SessionFacts} facts of the inspection */
   constructor(facts) {
     super();
+    this.#facts = facts;
     this.#session = facts().id;
     this.#record = new RodRecord(facts);
     this.element = h('section', { id: 'rod-panel', 'aria-label': 'Rod', hidden: true });
@@ -36,6 +40,7 @@ export class RodPanel extends EventTarget {
   /** @param {RodRow} rod as the feed has it @param {RodLayout} layout */
   async open(rod, layout) {
     this.#rodId = rod.rod_id;
+    this.#layout = layout;
     this.#chosen = null;
     const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => this.close() });
     this.#evidence.replaceChildren(h('p', { class: 'quiet', text: 'Loading the snapshots…' }));
@@ -88,6 +93,7 @@ export class RodPanel extends EventTarget {
     const pictures = shown.map((snapshot) => this.#picture(snapshot));
     this.#evidence.replaceChildren(
       h('h2', { text: rod.snapshots.length ? `Snapshots behind it · ${rod.snapshots.length}` : 'No snapshot shows this rod.' }),
+      rod.snapshots.length > 0 && h('p', { class: 'quiet small', text: 'Ring: the rod by the corrected pose; dashed: by the pose that came.' }) || '',
       h('div', { class: 'evidence' }, ...pictures),
       more > 0 && h('p', { class: 'quiet', text: `and ${more} more` }) || '',
       facts({ Method: rod.method ?? format.NONE, ...(rod.model_digest ? { Model: rod.model_digest } : {}) }));
@@ -98,9 +104,17 @@ export class RodPanel extends EventTarget {
     const name = `${snapshot.robot} #${snapshot.sequence}`;
     const button = h('button', { type: 'button', 'aria-pressed': 'false', title: 'Show where it was said to be, and where it is',
       onClick: () => this.#choose(snapshot, button) },
-      h('img', { src: snapshotUrl(this.#session, snapshot), alt: `Snapshot ${name}`, loading: 'lazy' }),
+      h('span', { class: 'picture' }, h('img', { src: snapshotUrl(this.#session, snapshot), alt: `Snapshot ${name}`, loading: 'lazy' }), ...this.#rings(snapshot)),
       h('span', { text: name }), h('span', { class: 'quiet', text: evidenceLine(snapshot) }));
     return button;
+  }
+
+  /** Where the rod is in the picture: by the corrected pose, and (dashed) by the pose that came. @param {Evidence} snapshot */
+  #rings({ raw, corrected }) {
+    const { camera } = this.#facts();
+    const rod = this.#layout;
+    if (!camera || !rod) return [];
+    return [ring(raw, camera, rod, 'raw'), corrected && ring(corrected, camera, rod, 'corrected')];
   }
 
   /** @param {Evidence} snapshot @param {HTMLElement} button */
@@ -111,6 +125,15 @@ export class RodPanel extends EventTarget {
     this.#chosen = again ? null : snapshot;
     this.dispatchEvent(new Event('choose'));
   }
+}
+
+/** @param {PlanePose} pose @param {Camera} camera @param {RodLayout} rod @param {string} kind */
+function ring(pose, camera, rod, kind) {
+  const { u, v } = inPicture(pose, camera, rod.x_m, rod.y_m);
+  const element = h('span', { class: `ring ${kind}` });
+  const share = (/** @type {number} */ value) => `${(100 * value).toFixed(2)}%`;
+  Object.assign(element.style, { left: share(u), top: share(v), width: share((2 * rod.outer_radius_m) / (camera.width_px * camera.metres_per_pixel)) });
+  return element;
 }
 
 /** @param {Evidence} snapshot */

@@ -5,6 +5,7 @@ import { Symbols } from '../map/symbols.js';
 import * as format from '../state/format.js';
 import { VERDICTS, tally } from '../state/rods.js';
 import { h, setText } from './dom.js';
+import { opacitySlider } from './opacity.js';
 import { rodPalette } from './theme.js';
 
 /** @typedef {import('../state/inspection.js').Inspection} Inspection */
@@ -23,13 +24,15 @@ export class Summary {
   #coverage = h('dd', { id: 'coverage' });
   #rodsTotal = h('h2');
 
-  constructor() {
+  /** @param {import('../state/options.js').Options} options */
+  constructor(options) {
     const figures = FIGURES.map(({ name, word }) => figure(word, this.#figure(name), name));
-    const coverage = h('div', { class: 'figure' }, h('dt', { text: 'Coverage of the floor' }), this.#coverage);
-    const seen = figure('Rods observed', this.#figure('seen'), 'seen');
+    const coverage = h('div', { class: 'figure' }, h('dt', { text: 'Floor seen' }), this.#coverage);
+    const seen = figure('Rods seen', this.#figure('seen'), 'seen');
+    const head = h('div', { class: 'panel-head' }, this.#rodsTotal, opacitySlider(options, 'rods', 'the rod symbols'));
     this.element = h('div', { class: 'side-part' },
-      h('section', {}, h('h2', { text: 'Picture' }), this.#sentence, h('dl', { class: 'figures' }, ...figures, coverage, seen)),
-      h('section', {}, this.#rodsTotal, h('ul', { class: 'legend', id: 'legend' }, ...VERDICTS.map((verdict) => this.#legendRow(verdict)))));
+      h('section', {}, head, h('ul', { class: 'legend', id: 'legend' }, ...VERDICTS.map((verdict) => this.#legendRow(verdict)))),
+      h('section', {}, h('h2', { text: 'Picture' }), this.#sentence, h('dl', { class: 'figures' }, ...figures, coverage, seen)));
     this.redraw();
     document.addEventListener('themechange', () => this.redraw());
   }
@@ -46,12 +49,13 @@ export class Summary {
     const rods = pond?.rods ?? [];
     const tallied = tally(rods.map((rod) => rod.id), (id) => inspection.rod(id));
     const seen = rods.length - tallied.unseen;
-    setText(this.#sentence, quality?.sentence || 'No judgement of the correction yet.');
+    const judged = quality?.sentence || 'No judgement of the correction yet.';
+    setText(this.#sentence, inspection.heldAtMs === null ? judged : `As known now: ${judged}`);
     for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
     this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');
     this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', (counts.uncertain ?? 0) > 0.05 * (counts.snapshots ?? 0));
     setText(this.#coverage, format.percent(coverage));
-    setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)} in the layout` : 'Rods · no layout, none are read');
+    setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)}` : 'Rods · no layout, none are read');
     for (const [verdict, row] of this.#rods) {
       const n = tallied[/** @type {import('../state/rods.js').Verdict} */ (verdict)];
       setText(row.count, format.count(n));

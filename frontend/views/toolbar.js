@@ -14,8 +14,6 @@ export class Toolbar {
   #picture = h('button', { type: 'button', id: 'picture', title: 'Raw or corrected poses (C)', onClick: () => this.#options.togglePicture() });
   #layer = h('select', { id: 'layer', 'aria-label': 'Layer', title: 'Layer over the picture (L)', onChange: () => this.#choose() },
     h('option', { value: 'none', text: 'No layer' }), ...layerChoices());
-  #opacity = h('input', { type: 'range', id: 'opacity', min: '0.1', max: '1', step: '0.1', value: '1', 'aria-label': 'Opacity of the rod symbols',
-    title: 'Opacity of the rod symbols', onInput: () => this.#options.set({ opacity: Number(this.#opacity.value) }) });
   /** @type {Map<string, HTMLElement>} */ #marks = new Map();
 
   /** @param {Options} options @param {{find: (text: string) => boolean, rods: string[], measure: () => void, table: () => void, help: () => void}} actions */
@@ -26,7 +24,7 @@ export class Toolbar {
       this.#marks.set(mark, h('button', { type: 'button', id: `layer-${mark}`, title: MARK_WORDS[mark], text: word, onClick: () => options.toggle(mark) }));
     }
     this.element = h('div', { class: 'toolbar', role: 'toolbar', 'aria-label': 'Map' }, this.#picture, this.#layer,
-      h('span', { class: 'group' }, ...this.#marks.values()), this.#opacity,
+      h('span', { class: 'group' }, ...this.#marks.values()),
       h('button', { type: 'button', id: 'measure', 'aria-pressed': 'false', title: 'Measure a distance (M)', text: 'Measure', onClick: measure }), h('span', { class: 'spacer' }), finder(find, rods),
       h('button', { type: 'button', id: 'table-button', title: 'Everything as tables (D)', text: 'Tables', onClick: table }),
       h('button', { type: 'button', id: 'help-button', title: 'Keys (?)', 'aria-label': 'Keys', text: '?', onClick: help }));

@@ -1,6 +1,7 @@
 """The live page in Chromium: what arrives is painted, and what stops arriving is said."""
 
 import hashlib
+import re
 import time
 from collections.abc import Callable
 
@@ -31,6 +32,13 @@ def holds_the_raster(desk: Desk, server: FakeServer) -> bool:
     return bool(desk.figure("rasterDigest()") == digest_of(server.movie, server))
 
 
+def under_cursor(desk: Desk, last: tuple[float, float] | None) -> tuple[float, float] | None:
+    """The place that the page names; None while that is still the last one."""
+    found = re.match(r"x (-?[\d.]+) m\s+y (-?[\d.]+) m", desk.text(".cursor"))
+    place = (float(found[1]), float(found[2])) if found else None
+    return None if place == last else place
+
+
 def on_screen(desk: Desk, server: FakeServer, x_m: float, y_m: float) -> tuple[float, float]:
     """Page pixel of a place in the pond, by what the page says under its cursor at two points."""
     box = desk.page.locator("#map").bounding_box()
@@ -38,8 +46,10 @@ def on_screen(desk: Desk, server: FakeServer, x_m: float, y_m: float) -> tuple[f
     at = []
     for dx in (100, 400):
         desk.page.mouse.move(box["x"] + dx, box["y"] + 300)
-        words = desk.text(".cursor").replace("x", "").replace("y", "").replace("m", "").split()
-        at.append((dx, float(words[0]), float(words[1])))
+        last = at[-1][1:] if at else None
+        place = eventually(lambda last=last: under_cursor(desk, last))
+        assert place, "the place under the cursor is told"
+        at.append((dx, *place))
     scale = (at[1][0] - at[0][0]) / (at[1][1] - at[0][1])
     return box["x"] + 100 + (x_m - at[0][1]) * scale, box["y"] + 300 - (y_m - at[0][2]) * scale
 
@@ -82,7 +92,7 @@ def test_a_rod_lights_up_when_it_is_read_and_opens_on_a_click(desk: Desk, server
 
     desk.page.mouse.click(*on_screen(desk, server, rod.x_m, rod.y_m))
 
-    assert desk.says(".panel-head h2", f"Rod {full}")
+    assert desk.says("#rod-panel .panel-head", f"Rod {full}")
     assert desk.text("#rod-verdict") == "Full"
     assert eventually(lambda: desk.page.locator(".evidence img").count())
     desk.page.locator(".evidence button").first.click()
