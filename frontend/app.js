@@ -39,8 +39,25 @@ function expose(live) {
   Object.defineProperty(globalThis, 'pondwatch', { value: Object.freeze(figures), configurable: true });
 }
 
+/** Pages by the word that their address begins with; each comes when it is asked for. @type {Record<string, () => Promise<{element: HTMLElement, start: () => unknown}>>} */
+const PAGES = {
+  compare: async () => exposed(new (await import('./views/comparepage.js')).ComparePage(location.search)),
+};
+
+/** @template {{figures: object}} T @param {T} page */
+function exposed(page) {
+  Object.defineProperty(globalThis, 'pondwatch', { value: Object.freeze(page.figures), configurable: true });
+  return page;
+}
+
 async function main() {
   restoreTheme();
+  const asked = [...new URLSearchParams(location.search).keys()].find((word) => Object.hasOwn(PAGES, word));
+  if (asked) {
+    const page = await PAGES[asked]();
+    document.body.replaceChildren(page.element);
+    return page.start();
+  }
   const address = parse(location.search);
   const { session, home } = address;
   if (session) return showLive(await getSession(session), address);

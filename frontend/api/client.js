@@ -4,10 +4,11 @@
 const MOST_OTHERS = 12;
 
 export class Problem extends Error {
-  /** @param {string} message @param {number} status 0 where no answer came */
-  constructor(message, status) {
+  /** @param {string} message @param {number} status 0 where no answer came @param {{[name: string]: unknown}} [facts] */
+  constructor(message, status, facts = {}) {
     super(message);
     this.status = status;
+    this.facts = facts;
   }
 }
 
@@ -121,26 +122,26 @@ export function openFeed(session, since) {
   return new WebSocket(url);
 }
 
-/** @param {string} path @returns {Promise<any>} */
-function get(path) {
-  return ask(path, { headers: { accept: 'application/json' } });
+/** @param {string} path @param {number} [patienceMs] @returns {Promise<any>} */
+export function get(path, patienceMs) {
+  return ask(path, { headers: { accept: 'application/json' } }, patienceMs);
 }
 
 /** @param {string} path @param {object} body @param {string} [method] @returns {Promise<any>} */
-function post(path, body, method = 'POST') {
+export function post(path, body, method = 'POST') {
   const headers = { accept: 'application/json', 'content-type': 'application/json' };
   return ask(path, { method, headers, body: JSON.stringify(body) });
 }
 
-/** @param {string} path @param {RequestInit} init @returns {Promise<any>} */
-async function ask(path, init) {
+/** @param {string} path @param {RequestInit} init @param {number} [patienceMs] @returns {Promise<any>} */
+export async function ask(path, init, patienceMs = 10_000) {
   let answer;
   try {
-    answer = await fetch(path, { ...init, signal: AbortSignal.timeout(10_000) });
+    answer = await fetch(path, { ...init, signal: AbortSignal.timeout(patienceMs) });
   } catch {
     throw new Problem('The server does not answer.', 0);
   }
   const body = await answer.json().catch(() => null);
-  if (!answer.ok) throw new Problem(body?.detail ?? `The server answered ${answer.status}.`, answer.status);
+  if (!answer.ok) throw new Problem(body?.detail ?? `The server answered ${answer.status}.`, answer.status, body ?? {});
   return body;
 }

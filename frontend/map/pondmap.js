@@ -15,12 +15,13 @@ export class PondMap extends EventTarget {
   #layer;
   /** @type {Painter} */ #paint;
   /** Metres: left, bottom, right, top. */ #extent;
-  /** Whether the whole pond is shown, and so is kept in sight when the window changes. */ #whole = true;
+  /** Whether the whole pond is shown, and so is kept in sight when the window changes; shared by maps of one view. */ #kept = { whole: true };
 
   /**
    * @param {HTMLElement} target @param {Pond} pond @param {number} metresPerPixel of the raster @param {Painter} paint
+   * @param {PondMap} [twin] a map whose view this one shares
    */
-  constructor(target, pond, metresPerPixel, paint) {
+  constructor(target, pond, metresPerPixel, paint, twin) {
     super();
     this.#paint = paint;
     this.#extent = [0, 0, pond.width_m, pond.height_m];
@@ -30,20 +31,24 @@ export class PondMap extends EventTarget {
     this.#map = new library.Map({
       target,
       layers: [this.#layer],
-      view: this.#makeView(pond, metresPerPixel),
+      view: twin ? twin.#map.getView() : this.#makeView(pond, metresPerPixel),
       controls: [new library.control.ScaleLine({ minWidth: 90 })],
       interactions: library.interaction.defaults.defaults({ altShiftDragRotate: false, pinchRotate: false }), // without focus too
       keyboardEventTarget: target,
     });
     this.#map.on('pointermove', (event) => this.#tell('pointer', event.coordinate));
     this.#map.on('singleclick', (event) => this.#tell('choose', event.coordinate));
+    if (twin) this.#kept = twin.#kept;
     this.#map.on('moveend', () => this.dispatchEvent(new Event('moved')));
     this.#map.on('change:size', () => { if (this.#whole) this.fit(); });
     this.#map.on('pointerdrag', () => { this.#whole = false; });
     target.addEventListener('wheel', () => { this.#whole = false; }, { passive: true });
     target.addEventListener('keydown', (event) => { if (event.key.startsWith('Arrow')) this.#whole = false; });
-    this.fit();
+    if (!twin) this.fit();
   }
+
+  get #whole() { return this.#kept.whole; }
+  set #whole(whole) { this.#kept.whole = whole; }
 
   /** The pond's place in the middle of the map. */
   get centre() {
@@ -60,7 +65,7 @@ export class PondMap extends EventTarget {
   repaint() { this.#layer.changed(); }
 
   fit() {
-    this.#map.getView().fit(this.#extent, { padding: [16, 24, 44, 40] });
+    this.#map.getView().fit(this.#extent, { size: this.#map.getSize(), padding: [16, 24, 44, 40] });
     this.#whole = true;
   }
 

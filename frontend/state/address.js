@@ -23,15 +23,20 @@ export function format({ session, rod, home, show, view, at }) {
   if (session) query.set('session', session);
   if (session && rod) query.set('rod', rod);
   if (session && show) query.set('show', show);
-  if (session && view) query.set('view', [view.xM.toFixed(4), view.yM.toFixed(4), view.metresPerPx.toPrecision(4)].join(','));
+  if (session && view) query.set('view', writeView(view));
   if (session && at != null) query.set('at', new Date(at).toISOString());
   if (home && !session) query.set('inspections', '');
   const text = query.toString().replace(/=(?=&|$)/g, '');
   return text ? `/?${text.replaceAll('%2C', ',').replaceAll('%3A', ':')}` : '/';
 }
 
+/** @param {MapView} view */
+export function writeView({ xM, yM, metresPerPx }) {
+  return [xM.toFixed(4), yM.toFixed(4), metresPerPx.toPrecision(4)].join(',');
+}
+
 /** What is no view is none. @param {string | null} text @returns {MapView | null} */
-function readView(text) {
+export function readView(text) {
   const [xM, yM, metresPerPx] = (text ?? '').split(',').map(Number);
   return text && [xM, yM, metresPerPx].every(Number.isFinite) && metresPerPx > 0 ? { xM, yM, metresPerPx } : null;
 }

@@ -6,13 +6,14 @@ import * as format from '../state/format.js';
 import { format as addressOf } from '../state/address.js';
 import { isRunning } from '../state/robots.js';
 import { h } from './dom.js';
+import { navigation, sessionLinks } from './nav.js';
 import { StartForm } from './startform.js';
 import { TopBar } from './topbar.js';
 
 const EVERY_MS = 1500;
 
 export class Home {
-  #bar = new TopBar();
+  #bar = new TopBar([navigation('inspections')]);
   #list = h('div', {}, h('p', { class: 'quiet', text: 'Loading…' }));
   #start = new StartForm();
   #search = h('input', { type: 'search', id: 'search', 'aria-label': 'Search by name', placeholder: 'Search by name…', onInput: () => this.#turnTo([]) });
@@ -82,6 +83,7 @@ export class Home {
 function table(sessions) {
   const heads = ['Inspection', 'State', 'Started'].map((text) => h('th', { scope: 'col', text }));
   const numbers = ['Snapshots', 'Rods read', 'Floor seen'].map((text) => h('th', { scope: 'col', class: 'number', text }));
+  numbers.push(h('th', { scope: 'col', text: 'More' }));
   return h('table', {}, h('thead', {}, h('tr', {}, ...heads, ...numbers)), h('tbody', {}, ...sessions.map(row)));
 }
 
@@ -93,7 +95,8 @@ function row(session) {
     h('td', { text: format.moment(session.created_at) }),
     h('td', { class: 'number', text: format.count(session.counts?.snapshots) }),
     h('td', { class: 'number', text: session.rods ? `${format.count(session.rods_seen)} of ${format.count(session.rods)}` : 'no layout' }),
-    h('td', { class: 'number', text: format.percent(session.coverage) }));
+    h('td', { class: 'number', text: format.percent(session.coverage) }),
+    h('td', {}, h('span', { class: 'more-links' }, ...sessionLinks(session))));
 }
 
 function welcome() {

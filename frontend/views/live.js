@@ -18,6 +18,7 @@ import { Health } from './health.js';
 import { helpDialog } from './help.js';
 import { listen } from './keys.js';
 import { actionsOf } from './liveactions.js';
+import { sessionLinks } from './nav.js';
 import { LayerLegend } from './layerlegend.js';
 import { PondView } from './pondview.js';
 import { RobotStrip } from './robotstrip.js';
@@ -56,7 +57,7 @@ export class Live {
     this.inspection = new Inspection(facts);
     this.#finish = new Finish(facts.id);
     this.alarms = new AlarmDesk(this.inspection, (alarm) => this.#goToAlarm(alarm));
-    this.#bar = new TopBar([this.alarms.button, this.#finish.button]);
+    this.#bar = new TopBar([h('span', { class: 'more-links' }, ...sessionLinks(facts)), this.alarms.button, this.#finish.button]);
     this.options = new Options().read(show);
     this.#summary = new Summary(this.options);
     this.#legend = new LayerLegend(this.options);

@@ -22,7 +22,7 @@ function set(theme) {
 /** The map's colours in this theme. */
 export function mapColours() {
   const style = getComputedStyle(document.documentElement);
-  const names = ['ground', 'floor', 'hatch', 'edge', 'paper', 'robot', 'alarm', 'choice', 'ink', 'warn', 'step-1', 'step-2', 'step-3', 'step-4', 'step-bad'];
+  const names = ['ground', 'floor', 'hatch', 'edge', 'paper', 'robot', 'alarm', 'choice', 'ink', 'warn', 'warn-ink', 'step-1', 'step-2', 'step-3', 'step-4', 'step-bad'];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

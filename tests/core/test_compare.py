@@ -92,6 +92,27 @@ def test_mosaics_that_lie_apart_as_a_whole_are_not_compared_at_all() -> None:
     assert found.registration.rods == 3
 
 
+def test_a_rod_whose_ring_is_not_found_claims_no_difference() -> None:
+    with_ = row("FEE")
+    for i in ("R0", "R2"):
+        with_[i] = Seen(with_[i].reading, with_[i].place, INNER_M)
+
+    found = compare(row("EEE") | {"R3": row("EEEE")["R3"]}, with_ | {"R3": row("EEEE")["R3"]})
+
+    assert [(rod.change.value, rod.reason) for rod in found.rods] == [
+        ("not_comparable", Reason.UNMEASURED), ("same", None), ("same", None), ("same", None),
+    ]  # fmt: skip
+    assert (found.refusal, found.registration.rods) == (None, 2)
+
+
+def test_mosaics_whose_rings_are_mostly_not_found_are_not_compared_at_all() -> None:
+    """So far aside that no ring is near its place: no residual can say that it is over the limit."""
+    found = compare(row("EEEE"), row("FEEE", offset=None) | {"R3": row("EEEE")["R3"]})
+
+    assert found.refusal is Refusal.UNMEASURED
+    assert [rod.change for rod in found.rods] == [Change.NOT_COMPARABLE] * 4
+
+
 @pytest.mark.parametrize(
     ("base", "with_", "refusal"),
     [
@@ -163,7 +184,7 @@ def test_a_row_emptied_at_the_edge_is_no_shift() -> None:
 
 def grid(*rows: str) -> dict[str, Seen]:
     return {
-        f"R{y}-{x}": Seen(reading(letter), (x * PITCH_M, -y * PITCH_M), INNER_M)
+        f"R{y}-{x}": Seen(reading(letter), (x * PITCH_M, -y * PITCH_M), INNER_M, (0.0, 0.0))
         for y, letters in enumerate(rows)
         for x, letter in enumerate(letters)
     }

@@ -73,6 +73,16 @@ def test_mosaics_that_do_not_lie_on_each_other_claim_no_difference(store: Store)
     assert {r["reason"] for r in told["not_comparable"]} >= {"residual"}
 
 
+def test_a_mosaic_too_far_aside_for_its_rings_to_be_found_claims_no_difference(store: Store) -> None:
+    base = finished(store, POND, BEFORE, 1_000)
+    off = finished(store, POND, AFTER_, 9_000, image=floor(POND, AFTER_, shift_px=(12.0, 0.0)))
+
+    told = comparing.json_of(comparing.find(store, base, off))
+
+    assert (told["comparable"], told["reason"], told["rods"]) == (False, "unmeasured", [])
+    assert told["residual"]["median_px"] is None
+
+
 def test_last_is_the_finished_inspection_of_the_same_pond_before(store: Store, pair: tuple[str, str]) -> None:
     other = lattice("square", 0.05, columns=3, rows=4, outer_m=0.018, inner_m=0.012)
     finished(store, other, "E" * 12, 5_000)

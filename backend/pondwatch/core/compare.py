@@ -18,6 +18,7 @@ from .values import Bool, Float, RodReading, RodState
 PARTLY_LEAST = 0.12  # by how much two partial fills must differ: five times the error of a reading in murky water
 SURE = 0.9  # probability that two readings differ, from which a difference is claimed
 LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
+MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide
 SHIFT_LEAST = 8  # rods more that must agree one step away
 CONTENT_APART = 0.1  # of a fill, closer than which a rod's content may be what another rod lost
 _STATES = (RodState.EMPTY, RodState.PARTIAL, RodState.FULL)
@@ -41,6 +42,7 @@ class Reason(enum.StrEnum):
     NOT_OBSERVED_WITH = "not_observed_with"
     ELSEWHERE = "elsewhere"  # the two layouts put it at different places
     RESIDUAL = "residual"  # the mosaics do not coincide here
+    UNMEASURED = "unmeasured"  # the readings differ, and whether the mosaics coincide here is not known
     UNSURE = "unsure"  # the readings differ, and one of them is not sure
     WITHHELD = "withheld"  # the comparison as a whole is refused
 
@@ -52,6 +54,7 @@ class Refusal(enum.StrEnum):
     OTHER_LAYOUT = "other_layout"  # no rod is in both
     NOTHING_SEEN = "nothing_seen"  # no rod was seen in both
     RESIDUAL = "residual"  # the mosaics do not coincide
+    UNMEASURED = "unmeasured"  # whether they coincide is known at too few rods
     SHIFTED = "shifted"  # the states agree far better one lattice step away
 
 
@@ -174,8 +177,9 @@ def _refusal(
         return Refusal.OTHER_LAYOUT
     if not both:
         return Refusal.NOTHING_SEEN
-    apart = found.median_m is not None and found.median_m > found.limit_m
-    return Refusal.RESIDUAL if apart else None
+    if found.median_m is not None and found.median_m > found.limit_m:
+        return Refusal.RESIDUAL
+    return Refusal.UNMEASURED if found.rods < MEASURED_LEAST * len(both) else None
 
 
 def _is_in_place(a: Seen, b: Seen) -> bool:
@@ -205,6 +209,8 @@ def _changed(rod_id: str, a: Seen, b: Seen, residual: tuple[float, float] | None
     sure = before.confidence * after.confidence
     if change is not Change.SAME and (p_changed < SURE or before.conflicting or after.conflicting):
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, apart_m, Reason.UNSURE)
+    if change is not Change.SAME and apart_m is None:
+        return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, None, Reason.UNMEASURED)
     return RodChange(rod_id, change, before, after, sure, p_changed, apart_m, word=_word(change, before))
 
 

@@ -35,6 +35,8 @@ _WORDS = {
     "other_layout": "The two have no rod in common: they are of other ponds, or their layouts differ.",
     "nothing_seen": "No rod was seen in both.",
     "residual": "The two mosaics do not lie on each other; no difference is claimed.",
+    "unmeasured": "Whether the two mosaics lie on each other is known at too few rods: their rings are not found where "
+    "the layout has them. No difference is claimed.",
     "shifted": "The states agree far better one lattice step away: one of the two lies wrong by a step. No difference "
     "is claimed.",
 }
