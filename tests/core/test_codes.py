@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pondwatch.core.codes import SECTORS, learn_palette, read_codes
@@ -96,6 +96,7 @@ def test_no_sites_have_no_codes():
     assert (codes.ratio.shape, codes.valid.shape) == ((0, SECTORS, 3), (0, SECTORS))
 
 
+@settings(deadline=None)
 @given(direction=st.tuples(*[st.floats(-1, 1)] * 3), size=st.floats(0.4, 2.0), seed=st.integers(0, 50))
 def test_filled_is_the_cluster_further_from_the_ring_in_whichever_direction_of_colour(direction, size, seed):
     unit = np.array(direction) / max(np.linalg.norm(direction), 1e-9)
@@ -124,6 +125,26 @@ def test_a_pond_of_filled_rods_has_one_level_and_it_is_full(levels):
 
     assert not palette.two_levels
     np.testing.assert_allclose(palette.share(codes.ratio), 1, atol=0.25)
+
+
+@pytest.mark.parametrize("fill", [0.0, 1.0])
+def test_a_level_is_read_the_other_way_round_where_evidence_outweighs_its_colour(fill):
+    ratio = _read(LEVELS["dark filling"], np.full(6, fill)).ratio.reshape(-1, 3)
+    palette = learn_palette(ratio)
+
+    kept, turned = palette.judged(2.0), palette.judged(-20.0)
+
+    np.testing.assert_allclose(kept.share(ratio), fill, atol=0.25)
+    np.testing.assert_allclose(np.median(turned.share(ratio)), 1 - fill, atol=0.05)
+    assert kept.certainty > palette.certainty > 0.5
+    assert turned.nats == pytest.approx(20 - palette.nats)
+
+
+def test_two_levels_change_places_where_evidence_says_so():
+    ratio = _read(LEVELS["dark filling"]).ratio.reshape(-1, 3)
+    palette = learn_palette(ratio)
+
+    np.testing.assert_allclose(palette.judged(-9.0).share(ratio), 1 - palette.share(ratio), atol=1e-9)
 
 
 def test_a_few_stray_sectors_do_not_make_a_second_level():

@@ -30,8 +30,8 @@ def evidence(pond):
 
 
 @pytest.fixture(scope="module")
-def vocabulary(evidence):
-    return Vocabulary.learn(evidence)
+def vocabulary(pond, evidence):
+    return Vocabulary.learn(evidence, pond.setting)
 
 
 @pytest.mark.parametrize(

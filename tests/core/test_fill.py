@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pondwatch.core import states
 from pondwatch.core.codes import SECTORS
 from pondwatch.core.fill import Looks, read_rods, to_pond, wholly_in_view
 from pondwatch.core.values import RodState
@@ -120,13 +121,35 @@ def test_a_rod_seen_only_from_a_place_in_doubt_is_read_with_as_much_doubt():
     assert _one([_wedge(1.0)], trust=0.99).confidence > 0.9
 
 
-def test_where_only_one_level_was_ever_seen_confidence_says_so():
+def test_where_hollow_and_filled_may_be_confused_confidence_says_so():
     looks = _looks([0], [_wedge(0.0)])
 
-    (surely,), (perhaps,) = read_rods(("R0",), looks), read_rods(("R0",), looks, known=False)
+    (surely,), (perhaps,) = read_rods(("R0",), looks), read_rods(("R0",), looks, certainty=0.7)
 
     assert perhaps.state is surely.state
     assert perhaps.confidence < 0.8 < surely.confidence
+
+
+def test_a_rod_perhaps_never_in_view_is_read_where_nearly_all_rods_are_alike_with_little_confidence():
+    looks = _looks([0], [_wedge(0.0)], trust=0.2)
+    alike = np.full(states.COUNT, 1e-4)
+    alike[states.EMPTY] = 0.99
+    mixed = np.full(states.COUNT, 1e-4)
+    mixed[[states.EMPTY, states.FULL]] = 0.49
+
+    (read,), (unread,) = (read_rods(("R0",), looks, prior / prior.sum()) for prior in (alike, mixed))
+
+    assert (read.state, unread.state) == (RodState.EMPTY, RodState.UNSEEN)
+    assert read.confidence <= 0.2
+
+
+def test_a_rod_that_was_almost_surely_never_in_view_is_unseen_in_any_pond():
+    alike = np.full(states.COUNT, 1e-6)
+    alike[states.EMPTY] = 1.0
+
+    (reading,) = read_rods(("R0",), _looks([0], [_wedge(0.0)], trust=0.05), alike)
+
+    assert reading.state is RodState.UNSEEN
 
 
 def test_the_order_of_looks_leaves_no_trace_but_in_the_last_digits():

@@ -231,13 +231,16 @@ def test_where_all_rods_are_empty_little_is_called_placed_and_that_is_right():
 
     error, placed, _ = _errors_px(pond, corrector)
     seen = pond.views().any(axis=0)
-    states = [r for r, v in zip(corrector.rods(), seen, strict=True) if v and r.state is not RodState.UNSEEN]
+    rods = [r for r, v in zip(corrector.rods(), seen, strict=True) if v]
+    read = [r for r in rods if r.state is not RodState.UNSEEN]
 
     assert (error[placed] > GROSS_PX).sum() == 0
     assert placed.mean() < 0.7
     assert "could lie elsewhere" in corrector.quality().sentence
-    assert all(r.state is RodState.EMPTY for r in states)
-    assert all(r.confidence < 0.8 for r in states)  # no filled rod was ever seen to compare with
+    assert "All rods look alike and are read as empty" in corrector.quality().sentence
+    assert all(r.state is RodState.EMPTY for r in read)
+    assert len(read) >= 0.95 * len(rods)
+    assert np.median([r.confidence for r in read]) > 0.9  # most were in view wherever the doubtful snapshots lie
 
 
 def test_an_inspection_without_snapshots_settles_to_nothing():

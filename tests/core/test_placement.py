@@ -163,7 +163,7 @@ def test_hollow_and_filled_rods_look_alike_outside_and_differ_inside(pond, profi
 
 
 def test_which_profile_a_rod_follows_is_what_its_state_is_sure_to_be(pond, evidence):
-    vocabulary = Vocabulary.learn(evidence)
+    vocabulary = Vocabulary.learn(evidence, pond.setting)
     count = len(vocabulary.states)
     state = np.full((4, count), 0.01)
     state[0, 0] = state[1, 1] = state[2, 2] = 0.97

@@ -8,7 +8,7 @@ an empty rod's mouth is the same material; what differs is the filling. Where th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -23,6 +23,8 @@ OFFSET = 8.0  # grey levels; keeps the log ratio of dark pixels finite
 LEAST_STEP = 0.12  # log ratio between hollow and filled, under which there is one cluster only
 LEAST_SEPARATION = 4.5  # between the clusters, in their own spreads
 DISCRIMINANT_ROUNDS, LEAST_WITHIN = 4, 0.02  # log ratio
+LIKENESS_NATS = 1.0  # log odds that of two clusters the one more like the annulus is the hollow one
+UNLIKE, UNLIKE_NATS = 0.34, 2.0  # log ratio from which one cluster alone is rather filled, and log odds for e times it
 DIPPED_SEPARATION, DIP = 3.0, 0.5  # enough, where between them lies a dip this deep, as a share of the lesser peak
 
 _Parting = tuple[Float, tuple[float, float, float, bool]]  # a line, and `_two_means` on it
@@ -42,17 +44,41 @@ class Codes:
 @dataclass(frozen=True, slots=True, eq=False)
 class Palette:
     """The line in colour space from hollow to filled. axis: (3,), unit. hollow, filled: positions on it.
-    spread: noise of one sector, as a share of the way. two_levels: both were seen in the data."""
+    spread: noise of one sector, as a share of the way. only: the position of the one level in the data; None where
+    both were seen. nats: log odds that hollow and filled are not taken for one another, by what was looked at so far.
+    """
 
     axis: Float
     hollow: float
     filled: float
     spread: float
-    two_levels: bool
+    only: float | None
+    nats: float = 0.0
+
+    @property
+    def two_levels(self) -> bool:
+        """Whether both levels were seen in the data."""
+        return self.only is None
+
+    @property
+    def certainty(self) -> float:
+        """The probability that hollow and filled are not taken for one another."""
+        return float(1 / (1 + np.exp(-self.nats)))
 
     def share(self, ratio: Float) -> Float:
         """(..., 3) log ratios to (...) shares of the way from hollow, 0, to filled, 1."""
         return np.asarray((ratio @ self.axis - self.hollow) / (self.filled - self.hollow))
+
+    def judged(self, nats: float) -> Palette:
+        """With further log odds for it; the other way round where they and its own come to less than none."""
+        total = self.nats + nats
+        if total >= 0:
+            return replace(self, nats=total)
+        if self.only is None:
+            return replace(self, hollow=self.filled, filled=self.hollow, nats=-total)
+        step = -1.0 if self.only == self.hollow else 1.0
+        ends = sorted((self.only, self.only + step))
+        return replace(self, hollow=ends[0], filled=ends[1], nats=-total)
 
 
 def read_codes(image: Image, sites_px: Float, inner_px: float, outer_px: float, camera: Camera) -> Codes:
@@ -102,14 +128,14 @@ def learn_palette(ratio: Float) -> Palette:
     then a guess, and `two_levels` says so.
     """
     if len(ratio) < SECTORS:
-        return Palette(np.full(3, -1 / np.sqrt(3)), 0.0, 1.0, 0.15, False)
+        return _one_level(np.zeros(3))
     centre = np.median(ratio, axis=0)
     starts = np.linalg.svd(ratio - centre, full_matrices=False)[2]
     axis, (low, high, spread, two) = max((_parted(ratio, a) for a in starts), key=_how_well)
     if not two:
         return _one_level(centre)
     hollow, filled = (low, high) if _lower_is_hollow(ratio, axis, low, high) else (high, low)
-    return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), True)
+    return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), None, LIKENESS_NATS)
 
 
 def _parted(ratio: Float, axis: Float) -> _Parting:
@@ -184,8 +210,11 @@ def _dipped(x: Float, low: float, high: float) -> bool:
 
 
 def _one_level(centre: Float) -> Palette:
+    """One level at (3,), hollow where it is near the annulus; the other level is out of sight."""
     distance = float(np.linalg.norm(centre))
+    nats = UNLIKE_NATS * float(np.log(UNLIKE / max(distance, 0.05)))
     dark = np.full(3, -1 / np.sqrt(3))
-    if distance < 0.3:
-        return Palette(dark, float(centre @ dark), float(centre @ dark) + 1.0, 0.15, False)
-    return Palette(centre / distance, 0.0, distance, 0.15, False)
+    if nats >= 0:
+        level = float(centre @ dark)
+        return Palette(dark, level, level + 1.0, 0.15, level, nats)
+    return Palette(centre / distance, 0.0, distance, 0.15, distance, -nats)

@@ -9,15 +9,18 @@ from itertools import pairwise
 import numpy as np
 
 from . import states
-from .codes import Palette, learn_palette
-from .evidence import Evidence, Setting
+from .codes import Palette, learn_palette, read_codes
+from .evidence import SITE_REACH_PX, Evidence, Setting
 from .frames import wrap_angle
 from .inference import Decision, Problem, Tie
+from .mouths import log_odds_hollow, look_into
 from .noise import NoiseModel
-from .values import Float, Int
+from .values import Bool, Float, Int
 
 NONE_NATS = -9.0  # log prior of lying at no place that was proposed
 HEADING_CLASS_RAD = 0.05  # places whose headings are this near share the likelihood of their looks
+JUDGES = 48  # snapshots that hollow and filled rods are told apart by
+EVEN = 0.35  # a rod whose sectors differ by less from one level is of that level
 IN_VIEW = 0.2  # share of a rod's sectors in view, from which its look counts
 
 
@@ -30,16 +33,17 @@ class Vocabulary:
     prior: Float
 
     @classmethod
-    def learn(cls, evidence: Sequence[Evidence]) -> Vocabulary:
-        """From all looks wholly in view, each under its snapshot's first heading."""
-        ratio = [e.codes.ratio[e.codes.valid.all(axis=1)] for e in evidence if len(e.places)]
+    def learn(cls, evidence: Sequence[Evidence], setting: Setting) -> Vocabulary:
+        """From all looks at rods found and wholly in view, each under its snapshot's first heading."""
+        ratio = [e.codes.ratio[_on_rods(e)] for e in evidence if len(e.places)]
         flat = np.concatenate(ratio).reshape(-1, 3) if ratio else np.zeros((0, 3))
         palette = learn_palette(flat)
+        palette = palette.judged(_mouths_nats(evidence, palette, setting))
         like = [np.zeros((0, states.COUNT))]
         for e in evidence:
             if not len(e.places):
                 continue
-            whole = e.codes.valid.all(axis=1)
+            whole = _on_rods(e)
             theta = np.full(int(whole.sum()), e.places.poses[0, 2])
             like.append(states.log_likelihood(palette.share(e.codes.ratio[whole]), e.codes.valid[whole], theta))
         stacked = np.concatenate(like)
@@ -58,6 +62,29 @@ class Vocabulary:
         log_like = states.log_likelihood(share, e.codes.valid, np.full(len(share), theta_rad))[:, self.states]
         like = np.exp(log_like)
         return np.asarray(like / (like @ self.prior)[:, None])
+
+
+def _on_rods(e: Evidence) -> Bool:
+    """(S,): which sites lie on a rod that was found, wholly in view; places beyond the lattice have others too."""
+    apart = np.hypot(*(e.sites_px[:, None] - e.found.centres_px[None]).transpose(2, 0, 1))
+    return np.asarray(e.codes.valid.all(axis=1) & (apart.min(axis=1, initial=np.inf) < SITE_REACH_PX))
+
+
+def _mouths_nats(evidence: Sequence[Evidence], palette: Palette, setting: Setting) -> float:
+    """Log odds that rods read as hollow are so and filled ones filled, by whether mouths show the ring's material."""
+    band = setting.band
+    few = np.unique(np.linspace(0, len(evidence) - 1, min(len(evidence), JUDGES)).round().astype(int))
+    kinds: tuple[list[Float], list[Float]] = ([], [])
+    for e in (evidence[i] for i in few):
+        mouth = look_into(e.snapshot.image, e.found, band)
+        ratio = read_codes(e.snapshot.image, mouth.centres_px, band.inner_px, band.outer_px, setting.camera).ratio
+        share = palette.share(ratio)
+        for along, sectors in zip(mouth.along, share, strict=True):
+            kind = round(float(np.median(sectors)))
+            if kind in (0, 1) and np.abs(sectors - kind).max() < EVEN:
+                kinds[kind].append(along)
+    hollow, filled = (log_odds_hollow(k, band.inner_px, band.outer_px) for k in kinds)
+    return hollow - filled
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ EMPTY_BELOW, FULL_ABOVE = 0.05, 0.95
 SECTOR_SIGMA = 0.15  # of one sector: water, caustics, blur, wedge edges
 SECTOR_CAP = 4.0  # nats that one sector can cost a state
 SEEN_ABOVE = 0.5  # probability that a rod was in view at all, under which it is not observed
+LEAST_SEEN, SAME_ANYWHERE = 0.1, 0.95  # a rod less likely in view, where its state is this probable, seen or not
 CONFLICT_SPREAD = 0.25  # of single looks about their median
 
 
@@ -42,10 +43,11 @@ def to_pond(share: Float, theta_rad: Float) -> Float:
 
 
 def read_rods(
-    ids: tuple[str, ...], looks: Looks, prior: Float | None = None, known: bool = True
+    ids: tuple[str, ...], looks: Looks, prior: Float | None = None, certainty: float = 1.0
 ) -> tuple[RodReading, ...]:
-    """The reading of every rod; those without a look, or whose looks are more likely than
-    not of other rods, are `unseen`.
+    """The reading of every rod; those without a look, or whose looks are more likely than not of other rods, are
+    `unseen`, but where nearly all rods of the pond hold the same: then it is read, with no more confidence than that it
+    was seen.
 
     All looks at a rod vote, sector by sector, for what it may hold (`states`); a sector hidden by something that
     drifts through the view costs a state only so much. A hollow or filled rod is then the mean of the sectors that
@@ -53,8 +55,7 @@ def read_rods(
 
     Args:
         prior: (states.COUNT,), how frequent each state is in this session; even where not given.
-        known: both hollow and filled rods were seen in this session; where not, which of the two it is rests on
-            likeness to the annulus alone, and confidence says so.
+        certainty: the probability that hollow and filled are not taken for one another in this session.
     """
     n = len(ids)
     if not len(looks.rod):
@@ -72,17 +73,24 @@ def read_rods(
     votes += np.log(np.maximum(prior, 1e-9))
     chance = np.exp(votes - votes.max(axis=1, keepdims=True))
     chance /= chance.sum(axis=1, keepdims=True)
+    readable = (seen >= SEEN_ABOVE) | ((seen >= LEAST_SEEN) & (_anyhow(chance, seen, prior) > SAME_ANYWHERE))
     readings = []
     for j in range(n):
         mine = order[start[j] : start[j + 1]]
         likely = mine[looks.trust[mine] >= SEEN_ABOVE]
         mine = likely if len(likely) else mine
-        trust = float(seen[j]) * (1.0 if known else 0.7)
-        if seen[j] < SEEN_ABOVE:
+        trust = float(seen[j]) * certainty
+        if not readable[j]:
             readings.append(_unseen(ids[j]))
         else:
             readings.append(_reading(ids[j], looks.share[mine], chance[j], templates, trust, max(1, int(views[j]))))
     return tuple(readings)
+
+
+def _anyhow(chance: Float, seen: Float, prior: Float) -> Float:
+    """(R,): probability of each rod's likeliest state, be it the rod that was looked at or any of the pond's."""
+    likeliest = chance.argmax(axis=1)
+    return np.asarray(seen * chance[np.arange(len(chance)), likeliest] + (1 - seen) * prior[likeliest])
 
 
 def sector_costs(share: Float, templates: Float) -> Float:

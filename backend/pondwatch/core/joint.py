@@ -90,7 +90,7 @@ class Solver:
     def _decide(
         self, evidence: list[Evidence], noise: NoiseModel, restarts: int, first: np.ndarray, second: np.ndarray
     ) -> Joint:
-        vocabulary = dec.Vocabulary.learn(evidence)
+        vocabulary = dec.Vocabulary.learn(evidence, self._setting)
         tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
         ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)

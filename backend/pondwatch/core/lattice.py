@@ -134,7 +134,8 @@ class LatticeCorrector:
     def quality(self) -> Quality:
         """How well it stands."""
         noise = self._joint.noise if self._joint else self._stated
-        return self._tally.quality(noise, self._camera, self._pitch)
+        palette = self._joint.vocabulary.palette if self._joint else None
+        return self._tally.quality(noise, self._camera, self._pitch, palette)
 
     def _afresh(self, e: Evidence, reach: Reach) -> Evidence:
         """The evidence as it was before anything was learned."""

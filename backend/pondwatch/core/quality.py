@@ -6,6 +6,7 @@ from collections import Counter, deque
 
 import numpy as np
 
+from .codes import Palette
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .values import Camera, CorrectedPose, Quality, Status
 
@@ -30,8 +31,11 @@ class Tally:
         if np.isfinite(residual):
             self._residuals.append(residual)
 
-    def quality(self, noise: NoiseModel, camera: Camera, pitch_m: float) -> Quality:
-        """Counts, estimated noise of the poses that came in, residual in grey levels, and what it means."""
+    def quality(self, noise: NoiseModel, camera: Camera, pitch_m: float, palette: Palette | None = None) -> Quality:
+        """Counts, estimated noise of the poses that came in, residual in grey levels, and what it means.
+
+        palette: what rods are read by, where any were read.
+        """
         total = sum(self._count.values())
         facts = {
             "gross_share": round(noise.gross, 4),
@@ -41,7 +45,7 @@ class Tally:
         }
         sigma_px = float(np.median(self._sigmas_m)) / camera.metres_per_pixel if self._sigmas_m else None
         uncertain = self._count[Status.UNCERTAIN]
-        sentence = _sentence(total, uncertain, noise.sigma_xy_m / camera.metres_per_pixel, noise)
+        sentence = _sentence(total, uncertain, noise.sigma_xy_m / camera.metres_per_pixel, noise) + _alike(palette)
         return Quality(
             total, self._count[Status.PLACED], uncertain, self._count[Status.REJECTED],
             noise.sigma_xy_m, noise.sigma_theta_rad, sigma_px, sentence, facts,
@@ -62,3 +66,11 @@ def _sentence(total: int, uncertain: int, sigma_px: float, noise: NoiseModel) ->
         else f"{uncertain} of {total} snapshots could lie elsewhere as well: read rods seen by them alone with care"
     )
     return f"The robots' positions were off by {sigma_px:.0f} px and {heading}; {doubt}."
+
+
+def _alike(palette: Palette | None) -> str:
+    """What to know of a pond with one kind of rod; nothing of others."""
+    if palette is None or palette.only is None:
+        return ""
+    kind = "empty" if palette.only == palette.hollow else "full"
+    return f" All rods look alike and are read as {kind} (certain to {100 * palette.certainty:.0f} %)."

@@ -62,7 +62,7 @@ class RodBook:
         self._touched.clear()
         if not rods or self._palette is None:
             return ()
-        fresh = read_rods(tuple(self._ids[r] for r in rods), self._looks(rods), self._prior, self._palette.two_levels)
+        fresh = read_rods(tuple(self._ids[r] for r in rods), self._looks(rods), self._prior, self._palette.certainty)
         pairs = [(r, reading) for r, reading in zip(rods, fresh, strict=True) if reading != self._readings[r]]
         for rod, reading in pairs:
             self._readings[rod] = reading
