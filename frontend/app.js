@@ -42,6 +42,10 @@ function expose(live) {
 /** Pages by the word that their address begins with; each comes when it is asked for. @type {Record<string, () => Promise<{element: HTMLElement, start: () => unknown}>>} */
 const PAGES = {
   compare: async () => exposed(new (await import('./views/comparepage.js')).ComparePage(location.search)),
+  reconcile: async () => exposed(new (await import('./views/reconcilepage.js')).ReconcilePage(location.search)),
+  ponds: async () => exposed(new (await import('./views/pondspage.js')).PondsPage()),
+  pond: async () => exposed(new (await import('./views/pondpage.js')).PondPage(location.search)),
+  methods: async () => exposed(new (await import('./views/methodspage.js')).MethodsPage(location.search)),
 };
 
 /** @template {{figures: object}} T @param {T} page */

@@ -85,3 +85,16 @@ declare interface PastInspection {
 declare interface MethodResult {
   method: string; state: string; revision: number; error: string | null; quality: { sentence: string }; created_at: string | null; finished_at: string | null;
 }
+/** Of `/api/sessions/{id}/reconcile`. */
+declare interface ReconciledLine {
+  line: number; item: string; position: string; declared: string; date: string; outcome: string; confidence: number | null; observed: SideReading | null;
+}
+declare interface Reconciliation {
+  session: string; name: string; revision: number; method: string; same_pond: boolean; inventory: Inventory; counts: Record<string, number>; total: number;
+  lines: ReconciledLine[]; undeclared: { position: string; observed: SideReading }[];
+}
+/** Of `/api/sessions/{id}/corrections/verdicts`. */
+declare interface MethodSide { method: string; revision: number; counts: Record<string, number>; }
+declare interface Verdicts {
+  session: string; base: MethodSide; with: MethodSide; same: number; rods: { rod_id: string; base: SideReading; with: SideReading; p_differ: number | null }[];
+}

@@ -36,7 +36,7 @@ export class ChangeDetail extends EventTarget {
     const claims = rod ? facts(claimsOf(rod)) : '';
     this.#body.replaceChildren(claims, pictures, past);
     const asked = ++this.#asked;
-    void this.#load(pictures, asked, async () => (await Promise.all([column('Before', answer.base, id), column('After', answer.with, id)])));
+    void this.#load(pictures, asked, async () => (await Promise.all([evidenceOf('Before', answer.base, id), evidenceOf('After', answer.with, id)])));
     const pond = answer.with.pond_id;
     if (pond) void this.#load(past, asked, async () => [h('h2', { text: 'In all inspections of this pond' }), pastStrip(await getRodHistory(pond, id), id, { [answer.base.session]: 'before', [answer.with.session]: 'after' })]);
   }
@@ -61,8 +61,8 @@ function claimsOf(rod) {
     ...(rod.word ? { 'It was': wordsOf(rod) } : {}), 'Residual here': residual };
 }
 
-/** @param {string} title @param {CompareSide} side @param {string} id */
-async function column(title, side, id) {
+/** @param {string} title @param {{session: string, name: string}} side @param {string} id */
+export async function evidenceOf(title, side, id) {
   const rod = await getRod(side.session, id).catch((error) => { if (error.status === 404) return null; throw error; });
   const link = h('a', { href: addressOf({ session: side.session, rod: id }), text: 'Open there', title: `The rod in ${side.name}` });
   if (!rod) return h('div', {}, h('h3', { text: title }), h('p', { class: 'quiet', text: 'The layout of this inspection has no such rod.' }));
