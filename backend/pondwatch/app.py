@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import shutil
 import socket
+import sys
+import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -54,13 +56,15 @@ from .telemetry import Telemetry, configure_logging
 
 _OVERHEAD = 256 * 1024  # what parts add to a picture
 _GRACE_S = 3
+_SWITCH_S = 0.001  # the longest that a thread holds up the event loop at a time
 INTAKE_THREADS = 16
 
 
 class Live:
     """`live.source.Source` over the store. It is made before the store is opened, and set then."""
 
-    def __init__(self) -> None:
+    def __init__(self, telemetry: Telemetry) -> None:
+        self._telemetry = telemetry
         self.store: Store | None = None
         self.feed: Feed | None = None
         self.watch: Watch | None = None
@@ -75,6 +79,7 @@ class Live:
         """What changed after a revision."""
         assert self.feed
         assert self.watch
+        began = time.perf_counter()
         told = self.watch.told(session)
         news = self.feed.news(session, since)
         patches = [
@@ -83,6 +88,7 @@ class Live:
         ]
         alarms = Alarms(told.version, told.rows)
         derived = news.poses, news.rods, patches
+        self._telemetry.spent(tell=time.perf_counter() - began)
         return Changes(news.session, news.revision, news.full, *derived, news.jobs, news.notes, alarms)
 
 
@@ -100,6 +106,8 @@ class Told:
         self.feed.remember(session_id, step)
         self.telemetry.step_seconds.observe(seconds)
         self.telemetry.covered.inc(step.covered)
+        if (s := step.stages) is not None:
+            self.telemetry.spent(wait=s.wait_s, correct=s.correct_s, assemble=s.assemble_s, commit=s.commit_s)
         self.watch.wake(session_id)
         self.bus.publish(session_id, step.revision)
 
@@ -115,7 +123,8 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
     Args:
         make_lane: gives a lane that waits so many seconds for an answer.
     """
-    live, bus, telemetry = Live(), LocalBus(), Telemetry()
+    bus, telemetry = LocalBus(), Telemetry()
+    live = Live(telemetry)
     hub = Hub(live, bus)
 
     @asynccontextmanager
@@ -210,6 +219,7 @@ def serve(
 ) -> None:
     """Run the server until it is told to stop (SIGINT, SIGTERM). `announce` hears its address once it listens."""
     configure_logging()
+    sys.setswitchinterval(_SWITCH_S)
     served = app or create_app(settings)
     config = uvicorn.Config(
         served,
@@ -220,5 +230,6 @@ def serve(
         server_header=False,
         proxy_headers=False,
         timeout_graceful_shutdown=_GRACE_S,
+        ws_per_message_deflate=False,  # patches are compressed already, and the event loop has other work
     )
     _Announcing(config, announce, lambda: served.state.services.stopping.set()).run()

@@ -35,9 +35,21 @@ class Telemetry:
             buckets=_SECONDS,
             registry=self._registry,
         )
+        self.stage_seconds = Histogram(
+            "pondwatch_stage_seconds",
+            "Stages from a stored snapshot to its viewers: wait, correct, assemble, commit, tell.",
+            ["stage"],
+            buckets=_SECONDS,
+            registry=self._registry,
+        )
         self.covered = Counter(
             "pondwatch_snapshots_covered", "Snapshots that a revision came to cover.", registry=self._registry
         )
+
+    def spent(self, **seconds: float) -> None:
+        """How long stages took, each by its name."""
+        for stage, s in seconds.items():
+            self.stage_seconds.labels(stage).observe(s)
 
     def watch(self, name: str, help_text: str, value: Callable[[], float]) -> None:
         """A gauge that is read when asked for."""

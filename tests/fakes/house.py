@@ -10,6 +10,7 @@ from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.values import SnapshotKey
 from pondwatch.jobs import finish, tiles
 from pondwatch.jobs.advance import Step
+from pondwatch.jobs.drawing import Drawing
 from pondwatch.jobs.ingest import Ingest, Upload
 from pondwatch.jobs.steps import Steps
 from pondwatch.store import jobs, revisions, sessions
@@ -38,13 +39,22 @@ class House:
     """Made on a data folder; close its store at the end."""
 
     def __init__(self, data: Path) -> None:
+        self.data = data
         self.store = Store(data, f"sqlite:///{data}/test.sqlite")
+        self.time_s = 0.0
         self.lane, self.heard, clock = InlineLane(), Heard(), SystemClock()
-        self.steps = Steps(self.store, clock, self.heard)
+        self.steps = Steps(self.store, clock, self.heard, drawing=Drawing(self.store, lambda: self.time_s))
         self.woken: list[str] = []
         self.ingest = Ingest(self.store, clock, self.woken.append)
         inspection = parse_inspection(document())
         self.session = self.store.write(lambda c: sessions.create(c, inspection, "identity", 1_000))
+
+    def restart(self) -> None:
+        """The server ended, and another serves the same folder: what was in memory is gone."""
+        session = self.session
+        self.store.close()
+        self.__init__(self.data)  # type: ignore[misc]
+        self.session = session
 
     def send(self, *shots: Shot) -> None:
         session = self.ingest.session(self.session)
@@ -57,6 +67,12 @@ class House:
         return self.steps.take(self.lane, self.session)
 
     def drain(self) -> None:
+        """Everything that is to do now, and then what may wait a little: tiles."""
+        self._until_done()
+        self.time_s += 10
+        self._until_done()
+
+    def _until_done(self) -> None:
         for _ in range(500):
             if not self.take():
                 return

@@ -12,7 +12,7 @@ import pytest
 from pondwatch.core.errors import Conflict, Missing
 from pondwatch.core.identity import IdentityCorrector
 from pondwatch.core.values import Correction, Inspection, RodReading, RodState
-from pondwatch.jobs import correct, worker
+from pondwatch.jobs import correct, held
 from pondwatch.jobs.lanes import WorkerLost
 from pondwatch.store import corrections, sessions
 from tests.fakes.house import House
@@ -41,7 +41,7 @@ def made(inspection: Inspection, method: str) -> IdentityCorrector:
 
 @pytest.fixture
 def house(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[House]:
-    monkeypatch.setattr(worker, "make_corrector", made)
+    monkeypatch.setattr(held, "make_corrector", made)
     built = House(tmp_path)
     yield built
     built.store.close()

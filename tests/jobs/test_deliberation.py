@@ -13,7 +13,7 @@ import pytest
 
 from pondwatch.core.identity import IdentityCorrector
 from pondwatch.core.values import CorrectedPose, Correction, Inspection, RodReading, RodState, SnapshotKey
-from pondwatch.jobs import finish, worker
+from pondwatch.jobs import finish, held
 from pondwatch.jobs.queue import Queue
 from pondwatch.store import revisions
 from pondwatch.store.sessions import State
@@ -41,6 +41,9 @@ class Ponderer(IdentityCorrector):
         super().__init__(inspection)
         self._mind, self._decided, self._is_read = mind, 0, False
 
+    def beside(self) -> None:
+        """Decisions are made beside in any case."""
+
     def due(self) -> bool:
         return len(self._poses) >= self._decided + DUE
 
@@ -51,6 +54,9 @@ class Ponderer(IdentityCorrector):
         if self._mind.fails:
             raise ArithmeticError("the decision failed")
         return keys
+
+    def held(self) -> list[object]:
+        return []
 
     def adopt(self, deliberation: Sequence[SnapshotKey], /) -> Correction:
         self._decided, self._is_read = len(deliberation), True
@@ -80,7 +86,7 @@ def mind() -> Iterator[Mind]:
 
 @pytest.fixture
 def house(tmp_path: Path, mind: Mind, monkeypatch: pytest.MonkeyPatch) -> Iterator[House]:
-    monkeypatch.setattr(worker, "make_corrector", lambda inspection, _method: Ponderer(inspection, mind))
+    monkeypatch.setattr(held, "make_corrector", lambda inspection, _method: Ponderer(inspection, mind))
     made = House(tmp_path)
     yield made
     made.store.close()

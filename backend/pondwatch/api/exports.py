@@ -40,6 +40,7 @@ def export(
     A view is `west`, `south`, `east` and `north`, metres, pond frame; the whole pond where they are absent."""
     made = form_of(form)
     view = view_from({"west": west, "south": south, "east": east, "north": north, "width": width})
+    here.queue.draw(session_id)
     file = _made(here, lambda out: write_form(here.store, session_id, form, out, here.now_ms(), view))
     size = file.seek(0, 2)
     file.seek(0)

@@ -119,6 +119,7 @@ def get_picture(
     if rod is None:
         raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
     u, v = pond_to_raster(np.array([rod.x_m, rod.y_m]), pond, scale).tolist()
+    here.queue.draw(session_id)
     half = min(1024, max(8, round(reach * rod.outer_radius_m / scale)))
     _, image = tiles.part(here.store, session_id, Rect(round(u) - half, round(v) - half, 2 * half + 1, 2 * half + 1))
     return _file(exports.mosaic_png(image), "image/png", "rod.png")
@@ -136,6 +137,7 @@ def _showing(session: Session, rod_id: str, poses: list[Json]) -> list[Json]:
 @router.get("/mosaic.png", summary="The mosaic as PNG")
 def get_mosaic_png(here: Here, session_id: str) -> Response:
     """The whole raster; alpha 0 where nothing was seen."""
+    here.queue.draw(session_id)
     _, image = tiles.whole(here.store, session_id)
     return _file(exports.mosaic_png(image), "image/png", "mosaic.png")
 
@@ -151,6 +153,7 @@ def get_mosaic_pgw(here: Here, session_id: str) -> Response:
 @router.get("/mosaic.tif", summary="The mosaic as GeoTIFF")
 def get_mosaic_tif(here: Here, session_id: str) -> Response:
     """In the pond frame; alpha 0 where nothing was seen."""
+    here.queue.draw(session_id)
     session, image = tiles.whole(here.store, session_id)
     content = exports.mosaic_tif(image, views.metres_per_pixel(session), session.inspection.pond.height_m)
     return _file(content, "image/tiff", "mosaic.tif")
@@ -162,6 +165,7 @@ def get_tile(here: Here, session_id: str, layer: str, z: int, x: int, y: int, re
 
     `mosaic`: colours. `coverage`: how many looks, 0 to 255. `age`: 65536 R + 256 G + B is how many seconds before the
     newest snapshot a place was last seen. A place never seen is transparent, or 0 in `coverage`."""
+    here.queue.draw(session_id)
     content, newest = tiles.tile(here.store, session_id, layer, z, x, y)
     cache = "private, max-age=31536000, immutable" if revision == newest else "no-cache"
     return Response(content, 200, {"Cache-Control": cache, "Pondwatch-Revision": str(newest)}, "image/png")

@@ -15,7 +15,7 @@ from starlette.datastructures import FormData, UploadFile
 from pondwatch.core.errors import PondwatchError, TooLarge
 from pondwatch.core.values import SnapshotKey
 from pondwatch.jobs import views
-from pondwatch.jobs.ingest import Receipt, Upload
+from pondwatch.jobs.ingest import Receipt
 from pondwatch.jobs.views import Json
 from pondwatch.store import sessions, snapshots
 from pondwatch.store.sessions import Session
@@ -51,7 +51,7 @@ async def send_snapshot(here: Here, session_id: str, request: Request) -> JSONRe
         async with request.form(max_files=2, max_fields=8, max_part_size=1 << 16) as form:
             pose = pose_of(await _text(form, "pose"))
             image = await _image(form, "image", here.settings.max_image_bytes)
-        take = partial(_take, here, session_id, pose.upload(image))
+        take = partial(here.ingest.take, session_id, pose.upload(image))
         receipt = await asyncio.get_running_loop().run_in_executor(here.intake, take)
     except PondwatchError as error:
         here.telemetry.uploads.labels(problems.status_of(error)).inc()
@@ -59,10 +59,6 @@ async def send_snapshot(here: Here, session_id: str, request: Request) -> JSONRe
     status = _counted(here, receipt, len(image))
     here.telemetry.upload_seconds.observe(time.perf_counter() - started)
     return JSONResponse(views.receipt(receipt.session_id, receipt.stored), status)
-
-
-def _take(here: Services, session_id: str, upload: Upload) -> Receipt:
-    return here.ingest.accept(here.ingest.session(session_id), upload)
 
 
 def _counted(here: Services, receipt: Receipt, size: int) -> int:

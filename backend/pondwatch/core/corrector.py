@@ -45,11 +45,17 @@ class Corrector(Protocol):
 class Deliberates(Protocol):
     """A corrector whose joint decisions may be made beside it: `deliberate` in another thread, then `adopt`."""
 
+    def beside(self) -> None:
+        """From now on somebody asks for joint decisions when they are due, so that `add` need not make them."""
+
     def due(self) -> bool:
         """Whether all should be decided together again."""
 
     def deliberate(self) -> Any:
         """Decide all together that are held now; changes nothing."""
+
+    def held(self) -> Sequence[object]:
+        """Values that a deliberation made now may refer to, none of which ever changes."""
 
     def adopt(self, deliberation: Any, /) -> Correction:
         """Take the result over; what came since is decided against it."""

@@ -66,7 +66,7 @@ def read_rods(
     seen = -np.expm1(missed)  # by any of the looks
     order = np.argsort(looks.rod, kind="stable")
     start = np.searchsorted(looks.rod[order], np.arange(n + 1))
-    templates = states.templates(2 * np.pi * np.arange(SECTORS) / SECTORS)
+    templates = states.sector_templates()
     cost = sector_costs(looks.share, templates) * looks.trust[:, None]
     votes = np.zeros((n, states.COUNT))
     np.add.at(votes, looks.rod, -cost)

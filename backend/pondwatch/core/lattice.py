@@ -31,6 +31,7 @@ GROWTH = 1.4  # snapshots, over those in the last joint decision, that call for 
 GROWTH_IN_DOUBT = 1.1  # the same, where many of the new ones are in doubt, as where robots enter new floor
 DOUBTFUL, DOUBTFUL_SHARE = 8, 0.08  # new snapshots in doubt: at least so many, and this share of those decided
 AT_ONCE = 40  # snapshots, up to which `add` decides all together itself
+AT_ONCE_BESIDE = 6  # the same, where somebody calls `deliberate` beside
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
 PLACED_ABOVE = 0.99  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
@@ -72,13 +73,13 @@ class LatticeCorrector:
         self._log_state = np.zeros((0, 0))
         self._kinds = np.zeros(0, dtype=np.int64)
         self._profile: Profile | None = None
-        self._taught = 0
+        self._taught, self._at_once = 0, AT_ONCE
         self._typical = np.inf  # residual, grey levels
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Decide new snapshots at once; earlier ones may move when all are decided together again."""
         new = self.hold(snapshots)
-        if self._joint is None or (self.due() and len(self._evidence) <= AT_ONCE):
+        if self._joint is None or (self.due() and len(self._evidence) <= self._at_once):
             return self.adopt(self.deliberate())
         return self._publish([self._decide_one(e, self._joint) for e in new])
 
@@ -99,6 +100,15 @@ class LatticeCorrector:
     def deliberate(self) -> Deliberation:
         """Decide all together that are held now. Changes nothing; may run in another thread, beside `add`."""
         return self._deliberate(list(self._evidence.values()), live=True)
+
+    def beside(self) -> None:
+        """`add` leaves joint decisions, but for the very first ones, to whoever asks for them when they are due."""
+        self._at_once = AT_ONCE_BESIDE
+
+    def held(self) -> Sequence[object]:
+        """The evidence, which a deliberation mostly leaves as it is, and all pictures."""
+        evidence = list(self._evidence.values())
+        return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
 
     def adopt(self, d: Deliberation) -> Correction:
         """Take over a deliberation; what came since it began is decided against it."""

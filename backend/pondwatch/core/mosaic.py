@@ -116,8 +116,10 @@ class Mosaic:
         part = self._part(rect)
         weight = self._weight[part]
         out = np.zeros((*weight.shape, 4), np.uint8)
-        divisor = np.maximum(weight, 1)[..., None]
-        np.floor_divide(self._colour[part] + (divisor >> 1), divisor, out=out[..., :3], casting="unsafe")
+        divisor = np.maximum(weight, 1)
+        for channel in range(3):  # in floats, whose quotients of such numbers never round up to a whole one
+            sums = self._colour[(*part, channel)] + (divisor >> 1)
+            np.divide(sums, divisor, out=out[..., channel], dtype=np.float64, casting="unsafe")
         np.multiply(weight > 0, 255, out=out[..., 3], casting="unsafe")
         return out
 

@@ -47,6 +47,12 @@ def _fine_templates() -> Float:
     return templates(2 * np.pi * np.arange(4 * SECTORS) / (4 * SECTORS))
 
 
+@lru_cache(maxsize=1)
+def sector_templates() -> Float:
+    """(COUNT, SECTORS): the templates at the sectors themselves; the same always."""
+    return templates(2 * np.pi * np.arange(SECTORS) / SECTORS)
+
+
 def log_likelihood(share: Float, valid: Bool, theta_rad: Float, sigma: float = CODE_SIGMA) -> Float:
     """How well each state explains what was seen.
 

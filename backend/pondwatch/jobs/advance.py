@@ -5,21 +5,22 @@ Idempotent: killed anywhere, it leaves the store at the revision before or the o
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sqlalchemy import Connection, RowMapping
 
 from pondwatch.core.conditions import Limits, published
 from pondwatch.core.values import RodReading, Status
-from pondwatch.store import jobs, revisions, sessions, snapshots
+from pondwatch.store import behind, jobs, revisions, sessions, snapshots
 from pondwatch.store.revisions import NewRevision, PoseRow, TileRow
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.snapshots import StoredSnapshot
 from pondwatch.store.store import Store
 
 from .lanes import Lane, TaskFailed, WorkerLost
-from .tasks import Base, EncodedRect, Moved, Outcome, Shown, SnapshotRef
+from .tasks import Base, EncodedRect, EncodedTile, Moved, Outcome, Shown, SnapshotRef
 from .views import reading
 
 DEFAULT_LIMITS = Limits()
@@ -30,8 +31,19 @@ class CannotLoad(Exception):
 
 
 @dataclass(frozen=True, slots=True)
+class Stages:
+    """Where the time of a step went, seconds. wait_s: from receipt to its start, the mean of what it covers."""
+
+    wait_s: float
+    correct_s: float
+    assemble_s: float
+    commit_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Step:
-    """What was committed. left: snapshots that still wait. thinking: more will change without a further snapshot."""
+    """What was committed. left: snapshots that still wait. thinking: more will change without a further snapshot;
+    unshown: at once."""
 
     revision: int
     covered: int
@@ -39,6 +51,8 @@ class Step:
     patches: tuple[EncodedRect, ...]
     state: State
     thinking: bool = False
+    unshown: bool = False
+    stages: Stages | None = None
 
 
 def advance(
@@ -59,7 +73,11 @@ def advance(
     if outcome is None:
         _load(store, lane, session_id)
         outcome = lane.call("advance", session_id, session.revision, refs)
-    return commit(store, session, fresh, outcome, now_ms, limits)
+    began = time.perf_counter()
+    step = commit(store, session, fresh, outcome, now_ms, limits)
+    wait_s = now_ms / 1000 - sum(s.received_ms for s in fresh) / len(fresh) / 1000
+    stages = Stages(wait_s, outcome.correct_s, outcome.assemble_s, time.perf_counter() - began)
+    return replace(step, stages=stages)
 
 
 def reflect(store: Store, lane: Lane, session_id: str, now_ms: int, limits: Limits = DEFAULT_LIMITS) -> Step | bool:
@@ -73,6 +91,30 @@ def reflect(store: Store, lane: Lane, session_id: str, now_ms: int, limits: Limi
     if outcome is None or isinstance(outcome, bool):
         return bool(outcome)
     return commit(store, session, (), outcome, now_ms, limits)
+
+
+def draw(store: Store, lane: Lane, session_id: str, through: int, limit: int) -> int:
+    """Draw tiles that are behind since a revision or longer, at most `limit`; how many were.
+
+    Raises:
+        WorkerLost, TaskFailed, CannotLoad: the worker could not; nothing changed.
+        Unavailable, StorageFull: the store could not; nothing changed.
+    """
+    session = store.read(lambda c: sessions.get(c, session_id))
+    places = [(t.x, t.y) for t in store.read(lambda c: behind.of(c, session_id, through, limit))]
+    if places:
+        tiles = lane.call("draw", session_id, session.revision, places)
+        if tiles is None:
+            _load(store, lane, session_id)
+            tiles = lane.call("draw", session_id, session.revision, places)
+        rows = tile_rows(tiles)
+        store.write(lambda c: revisions.keep_tiles(c, session_id, session.revision, rows))
+    return len(places)
+
+
+def tile_rows(tiles: Sequence[EncodedTile]) -> list[TileRow]:
+    """Tiles as they are stored."""
+    return [TileRow(t.layer, t.x, t.y, t.content) for t in tiles]
 
 
 def _load(store: Store, lane: Lane, session_id: str) -> None:
@@ -101,7 +143,7 @@ def commit(
         now_ms,
         poses=[*(pose_row(m) for m in outcome.poses), *silent],
         rods=_published(store, session.id, outcome.rods, limits),
-        tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],
+        undrawn=outcome.undrawn,
         seen_share=outcome.seen_share,
         quality=outcome.quality.sentence,
     )
@@ -120,7 +162,8 @@ def commit(
             progress=share,
             state="running" if left else "done",
         )
-        return Step(revision, len(fresh), left, outcome.patches, session.state, outcome.thinking)
+        thinking = outcome.thinking or outcome.unshown
+        return Step(revision, len(fresh), left, outcome.patches, session.state, thinking, outcome.unshown)
 
     return store.write(unit)
 
@@ -164,7 +207,8 @@ def base(store: Store, session_id: str) -> Base:
         shown = {row["snapshot_id"]: row for row in revisions.pose_rows(connection, session_id)}
         refs = tuple(snapshot_ref(store, s, shown[s.id]) for s in rows if s.fault is None)
         rods = tuple(reading(row) for row in revisions.rod_rows(connection, session_id))
-        return Base(session_id, session.revision, session.inspection, session.method, refs, rods)
+        undrawn = tuple((t.x, t.y) for t in behind.of(connection, session_id))
+        return Base(session_id, session.revision, session.inspection, session.method, refs, rods, undrawn)
 
     return store.read(look)
 

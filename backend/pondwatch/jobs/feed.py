@@ -10,7 +10,8 @@ from typing import Any
 from sqlalchemy import Connection, RowMapping
 
 from pondwatch.core.values import Rect
-from pondwatch.store import jobs, judgements, notes, revisions, sessions
+from pondwatch.store import behind, jobs, judgements, notes, revisions, sessions
+from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
 
 from . import views
@@ -30,7 +31,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True)
 class News:
-    """What is otherwise since a revision, or everything (`full`); consistent as of `revision`."""
+    """What is otherwise since a revision, or everything (`full`). All of it is as of `revision` or newer."""
 
     session: dict[str, Any]
     revision: int
@@ -79,14 +80,12 @@ class Feed:
         full = since is None or since < 0 or since > session.revision
         after = -1 if full or since is None else since
         patches = None if full else self._remembered(session_id, after, session.revision)
+        shown = session.revision
         if patches is None:
-            patches = [
-                _tile(row, views.raster_size(session))
-                for row in revisions.tile_rows(connection, session_id, "mosaic", after)
-            ]
+            patches, shown = self._drawn(connection, session, after)
         return News(
             views.session(session, sessions.facts(connection, session_id)),
-            session.revision,
+            shown,
             full,
             [views.pose(row) for row in revisions.pose_rows(connection, session_id, after)],
             _rods(connection, session_id, after),
@@ -94,6 +93,18 @@ class Feed:
             [views.job(row) for row in jobs.rows(connection, session_id)],
             [views.note(row) for row in notes.of(connection, session_id, after)],
         )
+
+    def _drawn(self, connection: Connection, session: Session, after: int) -> tuple[list[Picture], int]:
+        """Tiles drawn after a revision, and over them the patches that they may lack; the revision that is shown so.
+        It is an earlier one than the newest where those patches are forgotten."""
+        size_px, newest = views.raster_size(session), session.revision
+        pictures = [_tile(row, size_px) for row in revisions.tile_rows(connection, session.id, "mosaic", after)]
+        lacking = [t.since for t in behind.of(connection, session.id) if t.until > after]
+        if not lacking:
+            return pictures, newest
+        shown = max(after, min(lacking) - 1)
+        later = self._remembered(session.id, shown, newest)
+        return (pictures, shown) if later is None else (pictures + later, newest)
 
     def _remembered(self, session_id: str, since: int, until: int) -> list[Picture] | None:
         """The patches of revisions after `since` up to `until`; None unless every one is remembered."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from sqlalchemy import Connection
 
 from pondwatch.store import jobs, revisions, sessions
-from pondwatch.store.revisions import NewRevision, TileRow
+from pondwatch.store.revisions import NewRevision
 from pondwatch.store.sessions import State
 from pondwatch.store.store import Store
 
-from .advance import Step, base, pose_row
+from .advance import Step, base, pose_row, tile_rows
 from .lanes import Lane
 from .sealing import seal_if_possible
 from .tasks import Outcome
@@ -49,7 +49,7 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
         now_ms,
         poses=[pose_row(m) for m in outcome.poses],
         rods=outcome.rods,
-        tiles=[TileRow(t.layer, t.x, t.y, t.content) for t in outcome.tiles],
+        tiles=tile_rows(outcome.tiles),
         seen_share=outcome.seen_share,
         quality=outcome.quality.sentence,
         state=State.FINISHED,

@@ -61,11 +61,26 @@ class Ingest:
             InvalidImage, DigestMismatch, SnapshotConflict, SessionFinished, StorageFull, Unavailable: nothing of it
             was stored.
         """
+        before = self._store.read(lambda c: snapshots.find(c, session.id, upload.key))
+        return self._accept(session, before, upload)
+
+    def take(self, session_id: str, upload: Upload) -> Receipt:
+        """`accept`, for the session by its id.
+
+        Raises:
+            Missing: there is none. Else as `accept`.
+        """
+
+        def look(connection: Connection) -> tuple[Session, StoredSnapshot | None]:
+            return sessions.get(connection, session_id), snapshots.find(connection, session_id, upload.key)
+
+        return self._accept(*self._store.read(look), upload)
+
+    def _accept(self, session: Session, before: StoredSnapshot | None, upload: Upload) -> Receipt:
         new = self._checked(session, upload)
-        before = self._store.read(lambda c: snapshots.find(c, session.id, new.key))
         if before is not None:
             return Receipt(session.id, snapshots.matched(before, new), is_new=False)
-        _check_open(session)
+        _check_open(session.id, session.state)
         decode(upload.image, session.inspection.camera)
         self._store.blobs.put(upload.image)
         receipt = self._commit(session.id, new).result()
@@ -100,7 +115,7 @@ class Ingest:
             before = snapshots.find(connection, session_id, new.key)
             if before is not None:
                 return Receipt(session_id, snapshots.matched(before, new), is_new=False)
-            _check_open(sessions.get(connection, session_id))
+            _check_open(session_id, sessions.state_of(connection, session_id))
             stored = snapshots.add(connection, session_id, new, now_ms)
             jobs.queue(connection, session_id, "advance", now_ms)
             return Receipt(session_id, stored, is_new=True)
@@ -108,6 +123,6 @@ class Ingest:
         return self._store.writer.submit(unit)
 
 
-def _check_open(session: Session) -> None:
-    if session.state is not State.OPEN:
-        raise SessionFinished(f"The session is {session.state.value}; it takes no more snapshots.", session=session.id)
+def _check_open(session_id: str, state: State) -> None:
+    if state is not State.OPEN:
+        raise SessionFinished(f"The session is {state.value}; it takes no more snapshots.", session=session_id)

@@ -7,6 +7,7 @@ session in between, its next step covers them all.
 from __future__ import annotations
 
 import threading
+import time
 import uuid
 from collections import OrderedDict
 from collections.abc import Sequence
@@ -14,13 +15,14 @@ from collections.abc import Sequence
 import structlog
 
 from pondwatch.core.errors import Missing, PondwatchError
-from pondwatch.store import sessions
+from pondwatch.store import behind, sessions
 from pondwatch.store.store import Store
 
 from .lanes import Lane, lane_of
 from .steps import Steps
 
-GLANCE_S = 0.15  # between looks at whether a joint decision is made
+GLANCE_S = 0.15  # between looks at what is done without an upload: a joint decision, tiles
+DRAWN_S, _POLL_S = 3.0, 0.02
 PAUSES_S = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)
 
 
@@ -28,7 +30,7 @@ class Queue:
     """Runs the steps of all sessions."""
 
     def __init__(self, store: Store, steps: Steps, lanes: Sequence[Lane]) -> None:
-        self._store = store
+        self._store, self._steps = store, steps
         self._lanes = [_LaneThread(steps, lane) for lane in lanes]
 
     def start(self) -> None:
@@ -41,6 +43,15 @@ class Queue:
     def wake(self, session_id: str) -> None:
         """There is work for this session. Any thread; returns at once."""
         self._lanes[lane_of(session_id, len(self._lanes))].wake(session_id)
+
+    def draw(self, session_id: str, patience_s: float = DRAWN_S) -> None:
+        """Have the tiles drawn that are behind; returns once they are, or after so many seconds."""
+        until = time.monotonic() + patience_s
+        through = self._store.read(lambda c: max((t.since for t in behind.of(c, session_id)), default=0))
+        while self._store.read(lambda c: behind.of(c, session_id, through, 1)) and time.monotonic() < until:
+            self._steps.hurry(session_id)
+            self.wake(session_id)
+            time.sleep(_POLL_S)
 
     @property
     def waiting(self) -> int:
@@ -60,7 +71,7 @@ class _LaneThread:
         self._steps, self._lane = steps, lane
         self._due: OrderedDict[str, None] = OrderedDict()
         self._changed = threading.Condition()
-        self._thinking: set[str] = set()
+        self._waiting: set[str] = set()
         self._closed = False
         self._failures = 0
         self._thread = threading.Thread(target=self._run, name="lane", daemon=True)
@@ -89,13 +100,13 @@ class _LaneThread:
         while (session_id := self._next()) is not None:
             if self._step(session_id):
                 self.wake(session_id)
-            (self._thinking.add if self._steps.thinking(session_id) else self._thinking.discard)(session_id)
+            (self._waiting.add if self._steps.waits(session_id) else self._waiting.discard)(session_id)
 
     def _next(self) -> str | None:
         with self._changed:
             while not self._due and not self._closed:
-                if not self._changed.wait(GLANCE_S if self._thinking else None):
-                    self._due.update(dict.fromkeys(self._thinking))
+                if not self._changed.wait(GLANCE_S if self._waiting else None):
+                    self._due.update(dict.fromkeys(self._waiting))
             return None if self._closed else self._due.popitem(last=False)[0]
 
     def _step(self, session_id: str) -> bool:

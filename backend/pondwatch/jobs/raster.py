@@ -93,4 +93,9 @@ def encode_patches(mosaic: Mosaic, rects: Sequence[Rect]) -> list[EncodedRect]:
     patches = joined(rects) if len(rects) <= 4 * _MOST_PATCHES else []
     if not patches or len(patches) > _MOST_PATCHES:
         patches = [tile_rect(x, y, mosaic.size_px) for x, y in tiles_of(rects)]
-    return [EncodedRect(rect, png(mosaic.bgra(rect))) for rect in patches]
+    return [EncodedRect(rect, png(_opaque(mosaic.bgra(rect)))) for rect in patches]
+
+
+def _opaque(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Without its alpha, (h, w, 3), where all of it was seen: a quarter less to encode, send and decode."""
+    return np.ascontiguousarray(image[..., :3]) if image[..., 3].all() else image

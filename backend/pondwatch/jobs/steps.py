@@ -21,10 +21,12 @@ from pondwatch.store.store import Store
 
 from . import advance, correct, finish, registering, sealing
 from .advance import CannotLoad, Step
+from .drawing import Drawing
 from .lanes import Lane, TaskFailed, WorkerLost
 
 STEP_LIMIT = 64
 MOST_TRIES = 3
+BUSY_PATIENCE = 3.0  # times longer than usual that tiles wait while uploads do
 WorkFailed = (WorkerLost, TaskFailed, CannotLoad)
 
 
@@ -47,17 +49,33 @@ class Trouble:
 
 
 class Steps:
-    """Takes sessions forward. limits: what must agree before a rod's shown state changes."""
+    """Takes sessions forward. limits: what must agree before a rod's shown state changes. drawing: when tiles are."""
 
-    def __init__(self, store: Store, clock: Clock, observer: Observer, limits: Limits | None = None) -> None:
+    def __init__(
+        self,
+        store: Store,
+        clock: Clock,
+        observer: Observer,
+        limits: Limits | None = None,
+        drawing: Drawing | None = None,
+    ) -> None:
         self._store, self._clock, self._observer = store, clock, observer
         self._limits = limits or Limits()
+        self._drawing = drawing or Drawing(store)
         self._troubles: dict[str, Trouble] = {}
         self._thinking: set[str] = set()
 
     def thinking(self, session_id: str) -> bool:
         """Whether a joint decision is being made beside, so that a step will be due without an upload."""
         return session_id in self._thinking
+
+    def waits(self, session_id: str) -> bool:
+        """Whether a step will be due without an upload."""
+        return session_id in self._thinking or self._drawing.waits(session_id)
+
+    def hurry(self, session_id: str) -> None:
+        """Somebody waits for this session's tiles. Any thread."""
+        self._drawing.hurry(session_id)
 
     def take(self, lane: Lane, session_id: str) -> bool:
         """One step; whether there is more to do.
@@ -83,14 +101,16 @@ class Steps:
             if session.state is State.FINISHED:
                 return self._correct(lane, session, trouble)
             if session.state is not State.FINISHING:
-                return self._reflect(lane, session_id)
+                return self._reflect(lane, session_id) or self._draw(lane, session_id)
             step = finish.settle(self._store, lane, session_id, self._now_ms())
         trouble.tries, trouble.careful = 0, max(0, trouble.careful - step.covered)
-        self._remember(session_id, step.thinking)
-        self._observer.committed(session_id, step, time.perf_counter() - started)
+        self._told(session_id, step, started)
         if step.state is State.FINISHED:
             registering.prepare(self._store, session_id)  # so that a comparison finds it done
-        return step.left > 0 or step.state is State.FINISHING
+        else:
+            self._draw(lane, session_id, BUSY_PATIENCE)
+        due = self._drawing.due(session_id)
+        return step.left > 0 or step.unshown or due or step.state is State.FINISHING
 
     def _correct(self, lane: Lane, session: Session, trouble: Trouble) -> bool:
         """Seal a finished session where that was cut off; correct it by a further method, where that was asked for."""
@@ -101,9 +121,28 @@ class Steps:
             self._observer.changed(session.id, session.revision)
         return bool(left)
 
+    def _told(self, session_id: str, step: Step, started: float) -> None:
+        self._remember(session_id, step.thinking)
+        if step.state is not State.FINISHED:
+            self._drawing.left(session_id, step.revision)
+        self._observer.committed(session_id, step, time.perf_counter() - started)
+
+    def _draw(self, lane: Lane, session_id: str, patience: float = 1.0) -> bool:
+        """Draw some of the tiles that are behind, where it is time; whether more should be drawn now."""
+        if not self._drawing.due(session_id, patience):
+            return False
+        try:
+            more = self._drawing.some(lane, session_id)
+        except WorkFailed:
+            self._drawing.put_off(session_id)
+            return False
+        if not more:
+            self._observer.changed(session_id, self._session(session_id).revision)
+        return more
+
     def _reflect(self, lane: Lane, session_id: str) -> bool:
-        """Show what was decided beside, where that is done. A worker lost meanwhile decides it anew with the next
-        snapshot, or at the end."""
+        """Show what was decided beside, where that is done; whether there is more of it. A worker lost meanwhile
+        decides it anew with the next snapshot, or at the end."""
         if session_id not in self._thinking:
             return False
         started = time.perf_counter()
@@ -111,9 +150,10 @@ class Steps:
             step = advance.reflect(self._store, lane, session_id, self._now_ms(), self._limits)
         except (WorkerLost, TaskFailed):
             step = False
-        self._remember(session_id, step.thinking if isinstance(step, Step) else step)
         if isinstance(step, Step):
-            self._observer.committed(session_id, step, time.perf_counter() - started)
+            self._told(session_id, step, started)
+            return step.unshown
+        self._remember(session_id, step)
         return False
 
     def _remember(self, session_id: str, thinking: bool) -> None:

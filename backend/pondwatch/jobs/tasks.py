@@ -8,6 +8,7 @@ from pathlib import Path
 from pondwatch.core.values import CorrectedPose, Inspection, Quality, Rect, RodReading, SnapshotKey, Status
 
 Triple = tuple[float, float, float]
+Place = tuple[int, int]  # of a tile of the finest level; x right, y down
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +45,8 @@ class SnapshotRef:
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """All that a worker needs to take up a session at a revision. rods: the readings that are stored."""
+    """All that a worker needs to take up a session at a revision. rods: the readings that are stored. undrawn: its
+    tiles that are behind."""
 
     session: str
     revision: int
@@ -52,6 +54,7 @@ class Base:
     method: str
     snapshots: tuple[SnapshotRef, ...]
     rods: tuple[RodReading, ...]
+    undrawn: tuple[Place, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +87,18 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a revision changes. seen_share: of the raster, from 0 to 1. thinking: a joint decision is being made
-    beside, which will change more."""
+    """What a revision changes. undrawn: tiles that change, to be drawn later; tiles: those drawn at once. seen_share:
+    of the raster, from 0 to 1. thinking: a joint decision is being made beside. unshown: some of what moved is
+    left for the next revision. correct_s, assemble_s: what deciding took, and what painting and encoding did."""
 
     poses: tuple[Moved, ...]
     rods: tuple[RodReading, ...]
     quality: Quality
     patches: tuple[EncodedRect, ...]
-    tiles: tuple[EncodedTile, ...]
+    undrawn: tuple[Place, ...]
     seen_share: float
     thinking: bool = False
+    unshown: bool = False
+    correct_s: float = 0.0
+    assemble_s: float = 0.0
+    tiles: tuple[EncodedTile, ...] = ()

@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Image, Rect
-from pondwatch.store import revisions, sessions
+from pondwatch.store import behind, revisions, sessions
 from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
 
@@ -37,29 +37,31 @@ def tile(store: Store, session_id: str, layer: str, z: int, x: int, y: int) -> t
     if layer == "age":
         return _age(store, session_id, z, x, y)
 
-    def look(connection: Connection) -> tuple[Session, bytes | None, dict[tuple[int, int], bytes]]:
+    def look(connection: Connection) -> tuple[Session, int, bytes | None, dict[tuple[int, int], bytes]]:
         session = sessions.get(connection, session_id)
         across = _tiles_across(session, layer, z, x, y)
         if across > 1 and layer == "mosaic":
             kept = revisions.tile_of(connection, session_id, coarse_layer(z), x, y, session.revision)
             if kept is not None:
-                return session, kept, {}
+                return session, session.revision, kept, {}
         block = range(x * across, (x + 1) * across), range(y * across, (y + 1) * across)
-        return session, None, revisions.tiles_in(connection, session_id, layer, *block)
+        lacking = [t.since for t in behind.of(connection, session_id) if t.x in block[0] and t.y in block[1]]
+        shown = min(lacking) - 1 if lacking else session.revision
+        return session, shown, None, revisions.tiles_in(connection, session_id, layer, *block)
 
-    session, kept, stored = store.read(look)
+    session, shown, kept, stored = store.read(look)
     if kept is not None:
-        return kept, session.revision
+        return kept, shown
     across = _tiles_across(session, layer, z, x, y)
     if across == 1 and stored and _is_whole(session, x, y):
-        return next(iter(stored.values())), session.revision
+        return next(iter(stored.values())), shown
     out = _blank(layer, TILE_PX, TILE_PX)
     size = TILE_PX // across if across <= TILE_PX else 1
     for (column, row), content in stored.items():
         small = shrunk(_decoded(content), across)
         top, left = (row - y * across) * TILE_PX // across, (column - x * across) * TILE_PX // across
         out[top : top + small.shape[0], left : left + small.shape[1]] = small[:size, :size]
-    return png(out), session.revision
+    return png(out), shown
 
 
 def _is_whole(session: Session, x: int, y: int) -> bool:

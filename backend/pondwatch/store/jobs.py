@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, insert, select, update
+from sqlalchemy import Connection, RowMapping, bindparam, insert, select, update
 
 from pondwatch.core.errors import Missing
 
 from .tables import jobs
 
+_STATE = select(jobs.c.state).where(
+    jobs.c.session_id == bindparam("session_id"), jobs.c.kind == bindparam("kind")
+)  # made once: every upload asks it
+
 
 def queue(connection: Connection, session_id: str, kind: str, now_ms: int) -> None:
     """There is work of this kind; nothing changes where it is queued or running already."""
     mine = (jobs.c.session_id == session_id, jobs.c.kind == kind)
-    state = connection.execute(select(jobs.c.state).where(*mine)).scalar_one_or_none()
+    state = connection.execute(_STATE, {"session_id": session_id, "kind": kind}).scalar_one_or_none()
     if state is None:
         row = {"session_id": session_id, "kind": kind, "state": "queued", "created_ms": now_ms, "updated_ms": now_ms}
         connection.execute(insert(jobs), row)

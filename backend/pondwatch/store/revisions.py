@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, RowMapping, Table, select, update
-from sqlalchemy.dialects import postgresql, sqlite
 
 from pondwatch.core.errors import Conflict
 from pondwatch.core.values import RodReading
 
-from . import history
+from . import behind, history
 from .history import rod_values
 from .sessions import State
 from .tables import poses, rod_readings, rods, sessions, snapshots, tiles
+from .upsert import insert_or
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,8 @@ class TileRow:
 
 @dataclass(frozen=True, slots=True)
 class NewRevision:
-    """All that one revision changes. It follows `base`, and covers the snapshots up to `covered_through`."""
+    """All that one revision changes. It follows `base`, and covers the snapshots up to `covered_through`. undrawn:
+    tiles that change and are to be drawn later."""
 
     session_id: str
     base: int
@@ -52,6 +53,7 @@ class NewRevision:
     poses: Sequence[PoseRow] = ()
     rods: Sequence[RodReading] = ()
     tiles: Sequence[TileRow] = ()
+    undrawn: Sequence[behind.Place] = ()
     seen_share: float | None = None
     quality: str | None = None
     state: State | None = None
@@ -80,22 +82,15 @@ def write(connection: Connection, new: NewRevision) -> int:
     _upsert(connection, poses, [pose_values(p) | of_revision for p in new.poses])
     history.keep(connection, new.session_id, revision, new.at_ms, new.rods)
     _upsert(connection, rod_readings, [rod_values(r) | of_revision for r in new.rods])
-    _upsert(
-        connection,
-        tiles,
-        [{"layer": t.layer, "x": t.x, "y": t.y, "content": t.content} | of_revision for t in new.tiles],
-    )
+    keep_tiles(connection, new.session_id, revision, new.tiles)
+    behind.mark(connection, new.session_id, revision, new.undrawn)
     return revision
 
 
 def _upsert(connection: Connection, table: Any, rows: list[dict[str, Any]]) -> None:
-    if not rows:
-        return
-    dialect = sqlite if connection.dialect.name == "sqlite" else postgresql
-    statement = dialect.insert(table)
-    keys = [column.name for column in table.primary_key]
-    changed = {name: statement.excluded[name] for name in rows[0] if name not in keys}
-    connection.execute(statement.on_conflict_do_update(index_elements=keys, set_=changed), rows)
+    if rows:
+        keys = {column.name for column in table.primary_key}
+        insert_or(connection, table, rows, [name for name in rows[0] if name not in keys])
 
 
 def pose_values(p: PoseRow) -> dict[str, Any]:
@@ -183,7 +178,8 @@ def tile_of(connection: Connection, session_id: str, layer: str, x: int, y: int,
 
 
 def keep_tiles(connection: Connection, session_id: str, revision: int, made: Sequence[TileRow]) -> None:
-    """Keep tiles that were made of those of a revision, in place of any before."""
+    """Keep tiles that show a revision, in place of any before; they are not behind any more."""
     of_revision = {"session_id": session_id, "revision": revision}
     rows = [{"layer": t.layer, "x": t.x, "y": t.y, "content": t.content} | of_revision for t in made]
     _upsert(connection, tiles, rows)
+    behind.clear(connection, session_id, sorted({(t.x, t.y) for t in made if t.layer == "mosaic"}))

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select, update
+from sqlalchemy import BindParameter, Connection, Row, bindparam, func, insert, select, update
 
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
 from . import ponds
 from .alarmtables import baselines
-from .tables import corrections, poses, rod_readings, rods, seals, sessions, snapshots
+from .tables import behind_tiles, corrections, poses, rod_readings, rods, seals, sessions, snapshots
 
 
 class State(enum.StrEnum):
@@ -114,16 +114,36 @@ def _rod_row(session_id: str, position: int, rod: Rod) -> dict[str, Any]:
     }
 
 
+_BY_ID = select(sessions).where(sessions.c.id == bindparam("session_id"))  # made once: asked at every turn
+_STATE = select(sessions.c.state).where(sessions.c.id == bindparam("session_id"))
+
+
 def get(connection: Connection, session_id: str, *, with_rods: bool = False) -> Session:
     """One session.
 
     Raises:
         Missing: there is none by this id.
     """
-    row = connection.execute(select(sessions).where(sessions.c.id == session_id)).one_or_none()
+    row = connection.execute(_BY_ID, {"session_id": session_id}).one_or_none()
     if row is None:
-        raise Missing("There is no such session.", kind="session", id=session_id[:40])
+        raise _missing(session_id)
     return _session(row, layout(connection, session_id) if with_rods else ())
+
+
+def state_of(connection: Connection, session_id: str) -> State:
+    """Where a session is in its life.
+
+    Raises:
+        Missing: there is none by this id.
+    """
+    state = connection.execute(_STATE, {"session_id": session_id}).scalar_one_or_none()
+    if state is None:
+        raise _missing(session_id)
+    return State(state)
+
+
+def _missing(session_id: str) -> Missing:
+    return Missing("There is no such session.", kind="session", id=session_id[:40])
 
 
 def layout(connection: Connection, session_id: str) -> tuple[Rod, ...]:
@@ -142,27 +162,42 @@ def page(connection: Connection, limit: int, before: str | None, named: str | No
     return [_session(row, ()) for row in connection.execute(query)]
 
 
+_MINE: BindParameter[str] = bindparam("session_id")
+_COUNTS = select(  # made once: asked at every revision
+    select(func.count()).where(snapshots.c.session_id == _MINE).scalar_subquery().label("snapshots"),
+    select(func.max(snapshots.c.captured_ms))
+    .where(snapshots.c.session_id == _MINE)
+    .scalar_subquery()
+    .label("captured"),
+    select(func.max(snapshots.c.received_ms))
+    .where(snapshots.c.session_id == _MINE)
+    .scalar_subquery()
+    .label("received"),
+    select(func.count()).where(rods.c.session_id == _MINE).scalar_subquery().label("rods"),
+    select(func.count())
+    .where(rod_readings.c.session_id == _MINE, rod_readings.c.state != "unseen")
+    .scalar_subquery()
+    .label("seen"),
+    select(baselines.c.baseline_id).where(baselines.c.session_id == _MINE).scalar_subquery().label("baseline"),
+)
+_BY_STATUS = select(poses.c.status, func.count()).where(poses.c.session_id == _MINE).group_by(poses.c.status)
+
+
 def facts(connection: Connection, session_id: str) -> Facts:
     """Counts over a session's snapshots, poses and rods."""
-    mine = snapshots.c.session_id == session_id
-    n, captured, received = connection.execute(
-        select(func.count(), func.max(snapshots.c.captured_ms), func.max(snapshots.c.received_ms)).where(mine)
-    ).one()
-    by_status = select(poses.c.status, func.count()).where(poses.c.session_id == session_id).group_by(poses.c.status)
-    counts = {row.status: row[1] for row in connection.execute(by_status)}
-    n_rods = connection.execute(select(func.count()).where(rods.c.session_id == session_id)).scalar_one()
-    seen = select(func.count()).where(rod_readings.c.session_id == session_id, rod_readings.c.state != "unseen")
-    chosen = select(baselines.c.baseline_id).where(baselines.c.session_id == session_id)
+    mine = {"session_id": session_id}
+    found = connection.execute(_COUNTS, mine).one()
+    counts = {row.status: row[1] for row in connection.execute(_BY_STATUS, mine)}
     return Facts(
-        n,
+        found.snapshots,
         counts.get("placed", 0),
         counts.get("uncertain", 0),
         counts.get("rejected", 0),
-        n_rods,
-        connection.execute(seen).scalar_one(),
-        captured,
-        received,
-        connection.execute(chosen).scalar_one_or_none(),
+        found.rods,
+        found.seen,
+        found.captured,
+        found.received,
+        found.baseline,
     )
 
 
@@ -173,12 +208,14 @@ def set_state(connection: Connection, session_id: str, state: State, finished_ms
 
 
 def unfinished(connection: Connection) -> list[str]:
-    """Sessions with snapshots that no revision covers, or whose finishing, seal or a further correction was cut off."""
+    """Sessions with snapshots that no revision covers, or tiles that are behind, or whose finishing, seal or a further
+    correction was cut off."""
     newest = select(func.max(snapshots.c.id)).where(snapshots.c.session_id == sessions.c.id).scalar_subquery()
     behind = (sessions.c.state == State.FINISHING) | (func.coalesce(newest, 0) > sessions.c.covered_through)
     again = select(corrections.c.session_id).where(corrections.c.state.in_(("queued", "running")))
     unsealed = (sessions.c.state == State.FINISHED) & sessions.c.id.not_in(select(seals.c.session_id))
-    due = behind | unsealed | sessions.c.id.in_(again)
+    undrawn = select(behind_tiles.c.session_id)
+    due = behind | unsealed | sessions.c.id.in_(again) | sessions.c.id.in_(undrawn)
     return list(connection.execute(select(sessions.c.id).where(due).order_by(sessions.c.id)).scalars())
 
 

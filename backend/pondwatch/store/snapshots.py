@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select
+from sqlalchemy import Connection, Row, bindparam, func, insert, select
 
 from pondwatch.core.errors import Missing, SnapshotConflict
 from pondwatch.core.values import SnapshotKey
@@ -44,9 +43,15 @@ class StoredSnapshot:
     shown: tuple[float, float, float] | None = None
 
 
+_BY_KEY = select(snapshots).where(  # made once: every upload asks it twice
+    *(snapshots.c[name] == bindparam(name) for name in ("session_id", "robot", "boot", "sequence"))
+)
+
+
 def find(connection: Connection, session_id: str, key: SnapshotKey) -> StoredSnapshot | None:
     """The snapshot by its key."""
-    row = connection.execute(select(snapshots).where(*_is(session_id, key))).one_or_none()
+    named = {"session_id": session_id, "robot": key.robot, "boot": key.boot, "sequence": key.sequence}
+    row = connection.execute(_BY_KEY, named).one_or_none()
     return _stored(row) if row else None
 
 
@@ -80,6 +85,9 @@ def matched(stored: StoredSnapshot, new: NewSnapshot) -> StoredSnapshot:
     return stored
 
 
+_ADD = insert(snapshots)
+
+
 def add(connection: Connection, session_id: str, new: NewSnapshot, now_ms: int) -> StoredSnapshot:
     """Keep a snapshot whose key is not taken."""
     row = {
@@ -96,7 +104,7 @@ def add(connection: Connection, session_id: str, new: NewSnapshot, now_ms: int) 
         "size_bytes": new.size_bytes,
         "media_type": new.media_type,
     }
-    result = connection.execute(insert(snapshots), row)
+    result = connection.execute(_ADD, row)
     assert result.inserted_primary_key
     return StoredSnapshot(int(result.inserted_primary_key[0]), now_ms, new)
 
@@ -124,11 +132,6 @@ def count_after(connection: Connection, session_id: str, snapshot_id: int) -> in
     """How many came after this one."""
     query = select(func.count()).where(snapshots.c.session_id == session_id, snapshots.c.id > snapshot_id)
     return connection.execute(query).scalar_one()
-
-
-def _is(session_id: str, key: SnapshotKey) -> Sequence[Any]:
-    c = snapshots.c
-    return c.session_id == session_id, c.robot == key.robot, c.boot == key.boot, c.sequence == key.sequence
 
 
 def _shown(row: Row[Any]) -> tuple[float, float, float] | None:

@@ -1,9 +1,10 @@
 """The tables. Times are whole milliseconds since the epoch, UTC; lengths in metres, pond frame; angles in radians.
 
 Evidence (`sessions`, `rods`, `snapshots`) is written once and never changed but for a session's state; what is derived
-(`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt. So can `corrections`
-by further methods, whose results stand beside the session's own. `rod_history` keeps what rods read as before. What
-people said (`judgements`, `notes`) is only ever added to.
+(`poses`, `rod_readings`, `tiles`) carries the revision that last changed it, and can be rebuilt; `behind_tiles` says
+which tiles are still to be drawn anew. `corrections` by further methods can be rebuilt too, and stand beside the
+session's own result. `rod_history` keeps what rods read as before. What people said (`judgements`, `notes`) is only
+ever added to.
 """
 
 from __future__ import annotations
@@ -198,6 +199,16 @@ tiles = Table(
     Column("y", Integer, primary_key=True),
     Column("revision", BigInteger, nullable=False),
     Column("content", LargeBinary, nullable=False),
+)
+
+behind_tiles = Table(
+    "behind_tiles",
+    metadata,
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
+    Column("x", Integer, primary_key=True),
+    Column("y", Integer, primary_key=True),
+    Column("since_revision", BigInteger, nullable=False),  # the first that the tile does not show
+    Column("until_revision", BigInteger, nullable=False),  # the last
 )
 
 corrections = Table(
