@@ -19,8 +19,9 @@ BIN := $(VENV)/bin
 LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
 BENCHES := accuracy speed live
+LONG_BENCHES := grid factors baselines pairs moonshot
 
-.PHONY: help run setup setup-test test test-long test-paper check lint bench $(BENCHES) wheel pictures reference lock clean
+.PHONY: help run setup setup-test test test-long test-paper check lint bench $(BENCHES) $(LONG_BENCHES) wheel pictures reference lock clean
 
 help:  ## list what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -54,11 +55,12 @@ lint: setup-test
 	$(BIN)/python tools/budgets.py
 	cd frontend && npm run --silent types
 
-bench: setup-test  ## accuracy, speed and live figures into docs/: make bench [accuracy|speed|live] BUNDLES=folder
-	$(BIN)/python -m tests.bench $(or $(filter $(BENCHES),$(MAKECMDGOALS)),$(BENCHES)) \
-		$(if $(BUNDLES),--bundles "$(BUNDLES)") $(if $(METHOD),--method $(METHOD))
+bench: setup-test  ## figures into docs/: make bench [accuracy|speed|live|grid|factors|baselines|pairs|moonshot] BUNDLES=folder
+	$(BIN)/python -m tests.bench $(or $(filter $(BENCHES) $(LONG_BENCHES),$(MAKECMDGOALS)),$(BENCHES)) \
+		$(if $(BUNDLES),--bundles "$(BUNDLES)") $(if $(METHOD),--method $(METHOD)) $(if $(QUICK),--quick) \
+		$(if $(SNAPSHOTS),--snapshots $(SNAPSHOTS))
 
-$(BENCHES): bench
+$(BENCHES) $(LONG_BENCHES): bench
 	@:
 
 wheel: setup-test  ## a complete wheel in dist/

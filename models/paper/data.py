@@ -17,6 +17,7 @@ from pondwatch.simulator.sfp10 import CAMERA, Part, PondSets, layout
 from pondwatch.simulator.sfp10_files import load_pond, load_spec
 
 from .network import Shape
+from .tally import instances_of
 
 Poses = Literal["noisy", "true"]
 
@@ -66,12 +67,6 @@ class PaperSets:
         for start in range(0, all_sets - each + 1, each):
             for chosen in torch.split(torch.randperm(all_ponds, generator=generator), ponds):
                 yield self.batch(chosen.to(device), turns[chosen, start : start + each].to(device))
-
-
-def instances_of(all_sets: int, wanted: int) -> NDArray[np.int64]:
-    """`wanted` noise instances of a pond, evenly spread: where noise grows with the instance, all sizes are there."""
-    wanted = min(wanted or all_sets, all_sets)
-    return np.asarray(((np.arange(wanted) + 0.5) * all_sets / wanted).astype(np.int64))
 
 
 def read(

@@ -133,7 +133,7 @@ def comparison(folder: Path, runs: Path) -> Grey:
 
 
 def _estimates(sets: PondSets, instance: int, runs: Path) -> Iterator[tuple[str, Float]]:
-    from . import data, evaluate, train
+    from . import data, predict, train
 
     for net in ("a", "b", "c", "ours", "corrections"):
         if not (runs / net / "checkpoint.pt").is_file():
@@ -142,7 +142,7 @@ def _estimates(sets: PondSets, instance: int, runs: Path) -> Iterator[tuple[str,
         one = PondSets(
             sets.raster, sets.snapshots, sets.truth, sets.noisy[[instance]], sets.masks[[instance]], sets.fills
         )
-        estimate, _ = evaluate.predict(network, data.as_tensors(one, network.shape, 0, made["poses"]))
+        estimate, _ = predict.predict(network, data.as_tensors(one, network.shape, 0, made["poses"]))
         yield (
             {"ours": "the paper's"}.get(net, f"({net})" if len(net) == 1 else net),
             denormalised(estimate[0], layout()),

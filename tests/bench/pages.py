@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import platform
 import re
-from collections.abc import Iterable, Sequence
+import statistics
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -61,3 +62,17 @@ def number(value: float | None, digits: int = 3) -> str:
 def percent(value: float | None) -> str:
     """A share as percent with one decimal; a dash where there is none."""
     return "-" if value is None else f"{100 * value:.1f} %"
+
+
+def spread(
+    values: Sequence[float],
+    worst: Callable[[Sequence[float]], float],
+    show: Callable[[float], str],
+    goal: float | None = None,
+) -> str:
+    """The median, the worst of several in brackets, and after a slash what is asked; a dash where there is none."""
+    if not values:
+        return "-"
+    others = f" ({show(worst(values))})" if len(values) > 1 else ""
+    asked = "" if goal is None else f" / {show(goal)}"
+    return f"{show(statistics.median(values))}{others}{asked}"

@@ -36,11 +36,11 @@ def test_every_table_has_a_row_for_each_method(bundle: Path, tmp_path: Path) -> 
         assert text.count("| small | `identity` |") == 2
 
 
-def test_a_grown_session_holds_more_snapshots_than_its_bundle(bundle: Path) -> None:
-    told = speed.grow(bundle, 30, "identity")
+def test_adding_to_a_settled_session_is_timed_snapshot_by_snapshot() -> None:
+    told = speed.grow(12, "identity", added=5)
 
-    assert set(told) == {"median_ms", "slowest_ms", "settle_s", "memory_mb"}
-    assert 0 < told["median_ms"] <= told["slowest_ms"]
+    assert 0 < told["median_ms"] <= told["p95_ms"] <= told["slowest_ms"]
+    assert told["state_kb_each"] == pytest.approx(1024 * told["state_mb"] / 12)
 
 
 def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.pages import number, percent, replace_block, table
+from tests.bench.pages import number, percent, replace_block, spread, table
 
 
 def test_a_block_is_replaced_between_its_markers_alone(tmp_path: Path) -> None:
@@ -41,3 +41,9 @@ def test_a_number_keeps_three_digits(value: float | None, text: str) -> None:
 
 def test_a_share_is_told_in_percent() -> None:
     assert (percent(0.0123), percent(None)) == ("1.2 %", "-")
+
+
+def test_several_values_are_told_by_the_median_the_worst_and_what_is_asked() -> None:
+    assert spread([0.1, 0.3, 0.2], max, percent, 0.25) == "20.0 % (30.0 %) / 25.0 %"
+    assert spread([0.1], max, percent) == "10.0 %"
+    assert spread([], max, percent, 0.25) == "-"

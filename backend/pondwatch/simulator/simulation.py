@@ -7,14 +7,14 @@ before the last is taken; `simulate` takes all.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property
 
 import cv2
 import numpy as np
 
-from pondwatch.core.values import Float, Inspection, SnapshotKey
+from pondwatch.core.values import Camera, Float, Float32, Inspection, SnapshotKey
 
 from .camera import photograph
 from .floor import Floor, render_floor
@@ -23,7 +23,7 @@ from .palette import print_palette, random_palette
 from .pond import changed, make_pond
 from .spec import ImageKind, SimulationSpec
 from .swarm import robots_in_turn, true_poses
-from .water import through_water, water_of
+from .water import Water, through_water, unrounded, water_of
 
 _STREAMS = {name: k for k, name in enumerate(("pond", "look", "floor", "path", "noise", "water", "radio"))}
 _SUFFIX: dict[ImageKind, str] = {"png": ".png", "jpeg": ".jpg", "webp": ".webp"}
@@ -77,22 +77,36 @@ class Simulation:
 
     def snapshot(self, n: int) -> SimulatedSnapshot:
         """The n-th snapshot; the same whatever was taken before."""
-        spec, pose = self.spec, self.truth_poses[n]
-        captured_s = round(spec.start_s + n * spec.capture_interval_s, 3)
-        rng = np.random.default_rng([self.seed, _STREAMS["water"], n])
-        ideal = photograph(self.floor, pose, spec.camera)
-        image = through_water(ideal, self._water, pose, captured_s - spec.start_s, spec.camera, rng)
+        spec, captured_s = self.spec, self._captured_s(n)
+        image = through_water(*self._light(n, self.truth_poses[n], self._water))
         kind, suffix = spec.image_kind, _SUFFIX[spec.image_kind]
         parameters = [_QUALITY[kind], spec.quality] if kind in _QUALITY else []
         content = cv2.imencode(suffix, image, parameters)[1].tobytes()
         key = SnapshotKey(f"bubble-{self._robots[n] + 1}", 0, n)
         return SimulatedSnapshot(key, captured_s, _rfc3339(captured_s), self.poses[n], content, suffix)
 
+    def noiseless(self, n: int, pose: Float) -> Float32:
+        """The n-th snapshot without the sensor's noise and rounding, from another pose in the same light: what drifts
+        in the water, and the light that it throws, stay where they are in the picture."""
+        return unrounded(*self._light(n, pose, replace(self._water, noise=0.0)))
+
     def __iter__(self) -> Iterator[SimulatedSnapshot]:
         return map(self.snapshot, range(len(self)))
 
     def __len__(self) -> int:
         return self.spec.snapshots
+
+    def _captured_s(self, n: int) -> float:
+        return round(self.spec.start_s + n * self.spec.capture_interval_s, 3)
+
+    def _light(
+        self, n: int, pose: Float, water: Water
+    ) -> tuple[Float32, Water, Float, float, Camera, np.random.Generator]:
+        """What the water takes to the sensor: the floor seen from a pose, in the light of the n-th snapshot."""
+        ideal = photograph(self.floor, pose, self.spec.camera)
+        rng = np.random.default_rng([self.seed, _STREAMS["water"], n])
+        after_s = self._captured_s(n) - self.spec.start_s
+        return ideal, water, self.truth_poses[n], after_s, self.spec.camera, rng
 
     def _rng(self, stream: str) -> np.random.Generator:
         return np.random.default_rng([self.seed, _STREAMS[stream]])

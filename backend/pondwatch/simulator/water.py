@@ -46,6 +46,13 @@ def through_water(
     ideal: Float32, water: Water, pose_pond: Float, captured_s: float, camera: Camera, rng: np.random.Generator
 ) -> Image:
     """(H, W, 3), 8 bits, of (H, W, 3), 0 to 255: the picture as the sensor gives it."""
+    return np.round(unrounded(ideal, water, pose_pond, captured_s, camera, rng)).astype(np.uint8)
+
+
+def unrounded(
+    ideal: Float32, water: Water, pose_pond: Float, captured_s: float, camera: Camera, rng: np.random.Generator
+) -> Float32:
+    """The same before it is rounded: (H, W, 3), 0 to 255."""
     image = _lit(ideal.copy(), water, pose_pond, captured_s, camera)
     if water.veil:
         image += np.float32(water.veil) * (np.array(water.veil_colour, np.float32) - image)
@@ -54,7 +61,7 @@ def through_water(
     image *= np.float32(np.exp(rng.normal(0, water.gain)) if water.gain else 1.0) * _vignette(camera, water.vignette)
     image += rng.standard_normal(image.shape, np.float32) * np.float32(water.noise)
     _add_speckle(image, water, rng)
-    return np.clip(np.round(image), 0, 255).astype(np.uint8)
+    return np.clip(image, 0, 255)
 
 
 def _lit(image: Float32, water: Water, pose_pond: Float, captured_s: float, camera: Camera) -> Float32:
