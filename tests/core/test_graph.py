@@ -7,7 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pondwatch.core.atlas import Atlas
 from pondwatch.core.graph import GraphCorrector
+from pondwatch.core.registration import make_view
 from pondwatch.core.values import Inspection, Rod, RodState, Snapshot, Status
 from tests.core.floors import SCALE, aligned_errors_px, inspect
 
@@ -109,6 +111,23 @@ def test_snapshots_added_one_by_one_are_placed_at_once_and_every_move_is_told():
     assert placed.mean() > 0.85
     assert (error > GROSS_PX).sum() == 0
     assert heard == dict(corrector.poses())
+
+
+@pytest.mark.parametrize(("off_px", "moves"), [(5.4, False), (5.6, True)])
+def test_live_a_group_is_laid_anew_only_where_the_noisy_poses_ask_for_a_good_share_of_what_they_know(off_px, moves):
+    atlas = Atlas((160, 110), np.array([20.0, 20.0, 0.1]))
+    for x, y in ((100, 0), (-100, 0), (0, 100), (0, -100)):
+        atlas.take(make_view(np.zeros((110, 160, 3), np.uint8)), np.array([x, y, 0.0]))
+    atlas.group[:] = 0
+    atlas.poses[:, 0] += off_px
+    before = atlas.poses.copy()
+    # the middle is known to 20 / sqrt(4) = 10 px; the heading to 1 / sqrt(4 / 0.1^2 + 4 x 100^2 / 20^2) = 0.0447 rad,
+    # 4.47 px at 100 px; together 10.95 px, half of which is 5.48
+    atlas.frame_slack_sigmas = 0.5
+
+    atlas.realign(0)
+
+    assert (atlas.poses != before).any() == moves
 
 
 def test_a_grossly_wrong_noisy_pose_is_not_called_placed_where_it_came():

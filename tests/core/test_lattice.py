@@ -268,3 +268,21 @@ def test_a_pond_without_a_layout_is_refused():
 
     with pytest.raises(InvalidLayout):
         LatticeCorrector(inspection)
+
+
+def test_with_decisions_beside_a_first_lot_is_placed_against_its_first_few_and_then_all_together():
+    pond = inspected(SMALL, SEED)
+    corrector = LatticeCorrector(pond.inspection)
+    corrector.beside()
+
+    said = corrector.add(pond.snapshots[:24])
+
+    assert [p.key for p in said.poses] == [s.key for s in pond.snapshots[:24]]
+    assert corrector.due()
+    everyone = corrector.deliberate()
+    assert [e.snapshot.key for e in everyone.evidence] == [s.key for s in pond.snapshots[:24]]
+    together = LatticeCorrector(pond.inspection)
+    together.add(pond.snapshots[:24])
+    corrector.adopt(everyone)
+    placed = {k for k, p in corrector.poses().items() if p.status is Status.PLACED}
+    assert placed >= {k for k, p in together.poses().items() if p.status is Status.PLACED}

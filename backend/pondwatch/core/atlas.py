@@ -55,7 +55,7 @@ class Atlas:
         self.group = np.zeros(0, dtype=np.int64)
         self.odds = np.zeros(0)
         self.precision = np.zeros((0, 3, 3))
-        self.frame_slack_px = 0.0
+        self.frame_slack_px = self.frame_slack_sigmas = 0.0
         self.placer = Placer(size_px)
         self._last_odds = -np.inf
 
@@ -220,10 +220,21 @@ class Atlas:
         weight = se2.student_weights(self.prior_residuals(members), self.sigmas)
         motion = se2.align(self.poses[members], self.priors[members], self.sigmas, weight)
         aligned = se2.compose(motion, self.poses[members])
-        if np.abs(aligned - self.poses[members])[:, :2].max() > self.frame_slack_px:
+        if np.abs(aligned - self.poses[members])[:, :2].max() > self._slack_px(members):
             self.poses[members] = aligned
         if len(members) >= 5 and group == self.main_group():
             self.sigmas = self._learned_sigmas(members)
+
+    def _slack_px(self, members: Int) -> float:
+        """How far a group's frame may lie from where the noisy poses say."""
+        if not self.frame_slack_sigmas:
+            return self.frame_slack_px
+        sigma_xy, sigma_phi = self.sigmas[0], self.sigmas[2]
+        places = self.poses[members, :2]
+        off = ((places - places.mean(axis=0)) ** 2).sum(axis=1)
+        turn = 1 / (len(members) / sigma_phi**2 + off.sum() / sigma_xy**2)
+        sigma_px = np.sqrt(sigma_xy**2 / len(members) + turn * off.max())
+        return max(self.frame_slack_px, float(self.frame_slack_sigmas * sigma_px))
 
     def _learned_sigmas(self, members: Int) -> Float:
         residuals = np.abs(self.prior_residuals(members))

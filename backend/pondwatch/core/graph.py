@@ -36,6 +36,7 @@ ASSUMED_SIGMA_RAD = 0.15
 MOVED_PX = 0.05
 MOVED_RAD = 0.001
 FRAME_SLACK_PX = 0.5  # live, a group keeps its frame until the noisy poses ask for more than this
+FRAME_SLACK_SIGMAS = 0.7  # and for more than this share of what they know of it: each move paints all of it anew
 LOCAL_INFLATION = 4.0  # live: a neighbour's own error counts too
 RETRIED = 2
 REPEATS_MUCH = 12.0  # wrong places score so many times better than on a floor without repeats
@@ -67,7 +68,7 @@ class GraphCorrector:
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Places each new snapshot against those known. A group may move as a whole; a known key is left alone."""
         rejected = []
-        self._atlas.frame_slack_px = FRAME_SLACK_PX
+        self._atlas.frame_slack_px, self._atlas.frame_slack_sigmas = FRAME_SLACK_PX, FRAME_SLACK_SIGMAS
         for snapshot in snapshots:
             if snapshot.key in self._poses:
                 continue

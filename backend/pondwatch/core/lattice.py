@@ -74,13 +74,15 @@ class LatticeCorrector:
         self._kinds = np.zeros(0, dtype=np.int64)
         self._profile: Profile | None = None
         self._taught, self._at_once = 0, AT_ONCE
+        self._first: int | None = None  # snapshots that are decided together before any other; all where None
         self._typical = np.inf  # residual, grey levels
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Decide new snapshots at once; earlier ones may move when all are decided together again."""
         new = self.hold(snapshots)
         if self._joint is None or (self.due() and len(self._evidence) <= self._at_once):
-            return self.adopt(self.deliberate())
+            held = list(self._evidence.values())
+            return self.adopt(self._deliberate(held[: self._first], live=True))
         return self._publish([self._decide_one(e, self._joint) for e in new])
 
     def hold(self, snapshots: Sequence[Snapshot]) -> list[Evidence]:
@@ -103,7 +105,7 @@ class LatticeCorrector:
 
     def beside(self) -> None:
         """`add` leaves joint decisions, but for the very first ones, to whoever asks for them when they are due."""
-        self._at_once = AT_ONCE_BESIDE
+        self._at_once = self._first = AT_ONCE_BESIDE
 
     def held(self) -> Sequence[object]:
         """The evidence, which a deliberation mostly leaves as it is, and all pictures."""

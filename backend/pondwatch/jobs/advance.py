@@ -64,8 +64,7 @@ def advance(
         WorkerLost, TaskFailed: the worker could not; nothing changed. CannotLoad: nor take up what is stored.
         Unavailable, StorageFull: the store could not; nothing changed.
     """
-    session = store.read(lambda c: sessions.get(c, session_id))
-    fresh = store.read(lambda c: snapshots.uncovered(c, session_id, session.covered_through, limit))
+    session, fresh = store.read(lambda c: _waiting(c, session_id, limit))
     if not fresh:
         return None
     refs = [snapshot_ref(store, s) for s in fresh]
@@ -78,6 +77,11 @@ def advance(
     wait_s = now_ms / 1000 - sum(s.received_ms for s in fresh) / len(fresh) / 1000
     stages = Stages(wait_s, outcome.correct_s, outcome.assemble_s, time.perf_counter() - began)
     return replace(step, stages=stages)
+
+
+def _waiting(connection: Connection, session_id: str, limit: int) -> tuple[Session, list[StoredSnapshot]]:
+    session = sessions.get(connection, session_id)
+    return session, snapshots.uncovered(connection, session_id, session.covered_through, limit)
 
 
 def reflect(store: Store, lane: Lane, session_id: str, now_ms: int, limits: Limits = DEFAULT_LIMITS) -> Step | bool:
@@ -177,8 +181,7 @@ def _published(store: Store, session_id: str, read: Sequence[RodReading], limits
 
 def pass_over(store: Store, session_id: str, now_ms: int, fault: str) -> Step | None:
     """Reject the next snapshot without asking a worker, which it broke too often. The session goes on."""
-    session = store.read(lambda c: sessions.get(c, session_id))
-    fresh = store.read(lambda c: snapshots.uncovered(c, session_id, session.covered_through, 1))
+    session, fresh = store.read(lambda c: _waiting(c, session_id, 1))
     if not fresh:
         return None
     new = NewRevision(

@@ -153,10 +153,7 @@ class Held:
 def as_stored(base: Base) -> tuple[Held, list[Snapshot]]:
     """A session with its mosaic drawn as it is stored, and its snapshots, which its corrector has not seen yet."""
     camera, pond = base.inspection.camera, base.inspection.pond
-    corrector = make_corrector(base.inspection, base.method)
-    if isinstance(corrector, Deliberates):
-        corrector.beside()
-    held = Held(base.inspection, base.revision, corrector, Mosaic(camera, pond))
+    held = Held(base.inspection, base.revision, make_corrector(base.inspection, base.method), Mosaic(camera, pond))
     snapshots = held.take(base.snapshots)
     rects: list[Rect] = []
     for ref in base.snapshots:

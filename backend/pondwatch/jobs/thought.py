@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 from pondwatch.core.corrector import Deliberates
 
-_NICER = 10  # than its worker: what is shown now comes before what may be shown better
+_NICER = 4  # than its worker: what is shown now comes before what may be shown better
 _CHUNK = 1 << 20
 _PR_SET_PDEATHSIG = 1  # Linux
 

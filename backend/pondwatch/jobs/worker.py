@@ -21,7 +21,7 @@ from typing import Any
 
 import cv2
 
-from pondwatch.core.corrector import hold
+from pondwatch.core.corrector import Deliberates, hold
 
 from .held import Held, as_stored
 from .raster import encode_tiles
@@ -46,6 +46,8 @@ class Desk:
         held.begin = self._begin
         for i in range(0, len(snapshots), _LOAD_CHUNK):
             held.corrector.add(snapshots[i : i + _LOAD_CHUNK])
+        if isinstance(held.corrector, Deliberates):
+            held.corrector.beside()
         held.stale = True
         self._keep(base.session, held)
 
