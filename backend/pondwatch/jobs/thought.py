@@ -8,6 +8,7 @@ too (`Deliberates.held`) are named in it, not sent.
 from __future__ import annotations
 
 import ctypes
+import gc
 import io
 import os
 import pickle
@@ -129,6 +130,7 @@ def _stand_alone(sink: int) -> None:
     os.closerange(3, sink)
     os.closerange(sink + 1, 1 << 20)
     os.nice(_NICER)
+    gc.disable()  # a look at every object would copy all that is shared with the worker
 
 
 class _Naming(pickle.Pickler):

@@ -7,6 +7,7 @@ moment, and what it did for a revision that was never committed is forgotten.
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -144,6 +145,8 @@ def start() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(_NICER)
     cv2.setNumThreads(1)
+    gc.collect()
+    gc.freeze()  # what is imported stays, and a child by fork shares it
     threading.Thread(target=_die_with_parent, name="parent-watch", daemon=True).start()
     return os.getpid()
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, func, insert, select
+from sqlalchemy import Connection, RowMapping, bindparam, func, insert, select
 
 from pondwatch.core.errors import Missing
 
@@ -55,11 +55,18 @@ def of_rod(connection: Connection, session_id: str, rod_id: str) -> Sequence[Row
     return connection.execute(select(judgements).where(*mine).order_by(judgements.c.id)).mappings().all()
 
 
+_NEWEST = select(judgements).where(  # made once: asked for every viewer's news
+    judgements.c.id.in_(
+        select(func.max(judgements.c.id))
+        .where(judgements.c.session_id == bindparam("session_id"))
+        .group_by(judgements.c.rod_id)
+    )
+)
+
+
 def newest(connection: Connection, session_id: str) -> dict[str, RowMapping]:
     """The last word on each rod that was judged, by its id. One without a state takes earlier ones back."""
-    c = judgements.c
-    last = select(func.max(c.id)).where(c.session_id == session_id).group_by(c.rod_id)
-    rows = connection.execute(select(judgements).where(c.id.in_(last))).mappings()
+    rows = connection.execute(_NEWEST, {"session_id": session_id}).mappings()
     return {row["rod_id"]: row for row in rows}
 
 

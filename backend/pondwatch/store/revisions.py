@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, RowMapping, Table, select, update
+from sqlalchemy import BindParameter, ColumnElement, Connection, RowMapping, Select, Table, bindparam, select, update
 
 from pondwatch.core.errors import Conflict
 from pondwatch.core.values import RodReading
@@ -109,13 +109,21 @@ def pose_values(p: PoseRow) -> dict[str, Any]:
     }
 
 
+_MINE: BindParameter[str] = bindparam("session_id")
+_SINCE: BindParameter[int] = bindparam("since")
+
+
 def pose_rows(connection: Connection, session_id: str, since: int = -1) -> Sequence[RowMapping]:
     """Corrected poses that changed after a revision, with what came in, in order of (robot, boot, sequence)."""
-    return with_what_came_in(connection, poses, (poses.c.session_id == session_id) & (poses.c.revision > since))
+    return connection.execute(_POSES, {"session_id": session_id, "since": since}).mappings().all()
 
 
 def with_what_came_in(connection: Connection, table: Table, which: ColumnElement[bool]) -> Sequence[RowMapping]:
     """Rows of a table of poses beside the snapshots that they are of, in order of (robot, boot, sequence)."""
+    return connection.execute(_beside_what_came_in(table, which)).mappings().all()
+
+
+def _beside_what_came_in(table: Table, which: ColumnElement[bool]) -> Select[Any]:
     s = snapshots.c
     came_in = [
         s.robot,
@@ -127,24 +135,27 @@ def with_what_came_in(connection: Connection, table: Table, which: ColumnElement
         s.y_m.label("raw_y_m"),
         s.theta_rad.label("raw_theta_rad"),
     ]
-    query = (
+    return (
         select(*came_in, table)
         .join(snapshots, snapshots.c.id == table.c.snapshot_id)
         .where(which)
         .order_by(s.robot, s.boot, s.sequence)
     )
-    return connection.execute(query).mappings().all()
+
+
+# made once: both are asked for every viewer's news
+_POSES = _beside_what_came_in(poses, (poses.c.session_id == _MINE) & (poses.c.revision > _SINCE))
+_RODS = (
+    select(rod_readings, rods.c.position)
+    .join(rods, (rods.c.session_id == rod_readings.c.session_id) & (rods.c.rod_id == rod_readings.c.rod_id))
+    .where(rod_readings.c.session_id == _MINE, rod_readings.c.revision > _SINCE)
+    .order_by(rods.c.position)
+)
 
 
 def rod_rows(connection: Connection, session_id: str, since: int = -1) -> Sequence[RowMapping]:
     """Rod readings that changed after a revision, in the layout's order. Rods never read have no row."""
-    query = (
-        select(rod_readings, rods.c.position)
-        .join(rods, (rods.c.session_id == rod_readings.c.session_id) & (rods.c.rod_id == rod_readings.c.rod_id))
-        .where(rod_readings.c.session_id == session_id, rod_readings.c.revision > since)
-        .order_by(rods.c.position)
-    )
-    return connection.execute(query).mappings().all()
+    return connection.execute(_RODS, {"session_id": session_id, "since": since}).mappings().all()
 
 
 def readings_of(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> list[RowMapping]:
