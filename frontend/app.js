@@ -5,12 +5,13 @@ import { Problem, getSession, listSessions } from './api/client.js';
 import { format as addressOf, parse } from './state/address.js';
 import { isRunning } from './state/robots.js';
 import { h } from './views/dom.js';
-import { Home } from './views/home.js';
-import { Live } from './views/live.js';
 import { restoreTheme } from './views/theme.js';
 
-/** @param {SessionFacts} facts @param {import('./state/address.js').Address} address */
-function showLive(facts, address) {
+/** @typedef {import('./views/live.js').Live} Live */
+
+/** @param {string} session @param {import('./state/address.js').Address} address */
+async function showLive(session, address) {
+  const [{ Live }, facts] = await Promise.all([import('./views/live.js'), getSession(session)]);
   const live = new Live(facts, address);
   document.body.replaceChildren(live.element);
   live.start();
@@ -64,12 +65,13 @@ async function main() {
   }
   const address = parse(location.search);
   const { session, home } = address;
-  if (session) return showLive(await getSession(session), address);
+  if (session) return showLive(session, address);
   const running = home ? undefined : (await listSessions()).find((facts) => isRunning(facts.state));
   if (running) {
     history.replaceState(null, '', addressOf({ ...address, session: running.id }));
-    return showLive(await getSession(running.id), address);
+    return showLive(running.id, address);
   }
+  const { Home } = await import('./views/home.js');
   const list = new Home(!home);
   document.body.replaceChildren(list.element);
   list.start();

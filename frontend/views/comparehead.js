@@ -29,15 +29,16 @@ export class CompareHead {
     const select = h('select', { id: `pair-${side}`, 'aria-label': `${WORDS[side]}: another inspection`, onChange: () => select.value && this.#choose(side, select.value) },
       h('option', { value: facts?.id ?? '', text: facts ? facts.name || facts.id : 'Choose an inspection…' }));
     this.#boxes[side].replaceChildren(h('span', { class: 'badge when', text: WORDS[side] }), select, ...(facts ? about(facts) : []));
-    void this.#offer(select, facts);
   }
 
-  /** Others of the same pond; all, where the pond is not known. @param {HTMLSelectElement} select @param {SessionFacts | null} facts */
-  async #offer(select, facts) {
-    const pond = facts?.pond?.id;
+  /** Others of the same pond to choose from; all, where the pond is not known. @param {string | null | undefined} pond */
+  async offer(pond) {
     const found = pond ? (await getPond(pond)).inspections : (await pageOfSessions({ limit: 100 })).sessions;
-    const others = found.filter(({ id }) => id !== facts?.id);
-    select.append(...others.map(({ id, name, created_at: at, state }) => h('option', { value: id, text: `${name || id} · ${format.moment(at)}${isRunning(state) ? ' · running' : ''}` })));
+    for (const box of Object.values(this.#boxes)) {
+      const select = /** @type {HTMLSelectElement} */ (box.querySelector('select'));
+      const others = found.filter(({ id }) => id !== select.value);
+      select.append(...others.map(({ id, name, created_at: at, state }) => h('option', { value: id, text: `${name || id} · ${format.moment(at)}${isRunning(state) ? ' · running' : ''}` })));
+    }
   }
 }
 

@@ -81,13 +81,18 @@ export class ComparePage {
       this.map.open(base, later);
       this.#show(await answer);
       this.#watch([base, later]);
+      await this.head.offer(later.pond?.id); // after what was asked for
     });
   }
 
   /** One of the two, or none, is known: the other is chosen. */
   async #half() {
     const known = /** @type {SideName[]} */ (['base', 'with']).filter((side) => this.options[side]);
-    await this.#tell(async () => { for (const side of known) this.head.show(side, await getSession(this.options[side])); });
+    await this.#tell(async () => {
+      const facts = await Promise.all(known.map((side) => getSession(this.options[side])));
+      known.forEach((side, i) => this.head.show(side, facts[i]));
+      await this.head.offer(facts[0]?.pond?.id);
+    });
     this.#say('Choose the two inspections that are to be compared.');
   }
 

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from . import accuracy, baselines, factors, grid, live, moonshot, pairs, speed
+from . import accuracy, baselines, compare, factors, grid, live, moonshot, pairs, speed
 
 BENCHES: dict[str, Callable[[argparse.Namespace], None]] = {
     "accuracy": lambda asked: accuracy.run(asked.bundles, asked.method),
@@ -16,6 +16,7 @@ BENCHES: dict[str, Callable[[argparse.Namespace], None]] = {
     "factors": lambda asked: factors.run(asked.seeds or 3, asked.quick),
     "baselines": lambda asked: baselines.run(asked.bundles, asked.quick),
     "pairs": lambda asked: pairs.run(),
+    "compare": lambda asked: compare.run(),
     "moonshot": lambda asked: moonshot.run(asked.snapshots),
 }
 USUAL = ("accuracy", "speed", "live")

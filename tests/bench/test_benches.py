@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import httpx
 import pytest
 
+from pondwatch.core.layouts import lattice
 from pondwatch.simulator.bundle import write_bundle
 from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 from pondwatch.store.store import Store
-from tests.bench import accuracy, pairs, speed
+from tests.bench import accuracy, compare, pairs, speed
+from tests.fakes.whole import whole
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +54,17 @@ def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Pa
     assert row.rods == len(row.told["rods"]) + sum(row.told["counts"][c] for c in ("same", "not_comparable"))
     assert row.listed == row.as_it_is == row.in_both <= 4
     assert row.made_up == 0
+
+
+def test_a_database_for_comparing_holds_what_it_says_and_every_request_is_timed(tmp_path: Path) -> None:
+    pond = lattice("square", 0.05, columns=4, rows=3, outer_m=0.018, inner_m=0.012)
+    kept = compare.fill(tmp_path / "data", pond, 4, 0.001, changed=2)
+
+    with whole(tmp_path / "data") as running, httpx.Client(base_url=running.url) as client:
+        times = compare.asked(client, kept, pond, 2)
+        told = client.get("/api/compare", params={"base": kept.before, "with": kept.after}).json()
+        listed = client.get(f"/api/ponds/{kept.pond}").json()["inspections"]
+
+    assert (len(told["rods"]), told["comparable"], len(listed)) == (2, True, 4)
+    assert all(min(taken) > 0 for taken in times.values())
+    assert compare.rows_of(times).count("\n") == 2 + len(times)

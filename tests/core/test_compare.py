@@ -157,6 +157,13 @@ def test_where_two_may_have_moved_there_no_one_is_said_to() -> None:
     assert [rod.word for rod in found.rods] == ["removed", "removed", "added"]
 
 
+def test_a_pond_that_is_wholly_otherwise_pairs_nobody_and_takes_no_time() -> None:
+    found = compare(row("F" * 400 + "E" * 400), row("E" * 400 + "F" * 400))
+
+    assert (found.count(Change.EMPTIED), found.count(Change.FILLED)) == (400, 400)
+    assert {rod.word for rod in found.rods} == {"removed", "added"}
+
+
 @pytest.mark.parametrize(
     ("base", "with_", "word"), [("F", "E", "removed"), ("E", "P", "added"), ("P", "F", "replaced")]
 )

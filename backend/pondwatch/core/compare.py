@@ -7,6 +7,8 @@ the two mosaics coincide. Everything else is *not comparable*, and says why. Pur
 from __future__ import annotations
 
 import enum
+import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -32,6 +34,9 @@ class Change(enum.StrEnum):
     EMPTIED = "emptied"
     PARTLY = "partly"
     NOT_COMPARABLE = "not_comparable"
+
+
+_BECAME = {RodState.FULL: Change.FILLED, RodState.EMPTY: Change.EMPTIED, RodState.PARTIAL: Change.PARTLY}
 
 
 class Reason(enum.StrEnum):
@@ -144,12 +149,12 @@ def compare(
 def probability_of_change(a: RodReading, b: RodReading) -> float:
     """That two rods differ in state, by both readings' posteriors: what a reading leaves of its confidence is shared by
     the two other states."""
-    return float(1 - (_posterior(a) * _posterior(b)).sum())
+    return 1 - sum(p * q for p, q in zip(_posterior(a), _posterior(b), strict=True))
 
 
-def _posterior(reading: RodReading) -> Float:
+def _posterior(reading: RodReading) -> list[float]:
     rest = (1 - reading.confidence) / 2
-    return np.array([reading.confidence if state is reading.state else rest for state in _STATES])
+    return [reading.confidence if state is reading.state else rest for state in _STATES]
 
 
 def _residual(a: Seen, b: Seen) -> tuple[float, float] | None:
@@ -183,21 +188,18 @@ def _refusal(
 
 
 def _is_in_place(a: Seen, b: Seen) -> bool:
-    return bool(np.hypot(a.place[0] - b.place[0], a.place[1] - b.place[1]) < a.inner_radius_m)
+    return math.dist(a.place, b.place) < a.inner_radius_m
 
 
 def _unobserved(a: RodReading, b: RodReading) -> Reason | None:
-    missing = a.state is RodState.UNSEEN, b.state is RodState.UNSEEN
-    return {
-        (True, True): Reason.NOT_OBSERVED,
-        (True, False): Reason.NOT_OBSERVED_BASE,
-        (False, True): Reason.NOT_OBSERVED_WITH,
-    }.get(missing)
+    if a.state is RodState.UNSEEN:
+        return Reason.NOT_OBSERVED if b.state is RodState.UNSEEN else Reason.NOT_OBSERVED_BASE
+    return Reason.NOT_OBSERVED_WITH if b.state is RodState.UNSEEN else None
 
 
 def _changed(rod_id: str, a: Seen, b: Seen, residual: tuple[float, float] | None, limit_m: float) -> RodChange:
     before, after = a.reading, b.reading
-    apart_m = None if residual is None else float(np.hypot(*residual))
+    apart_m = None if residual is None else math.hypot(*residual)
     reason = _unobserved(before, after)
     if reason is None and not _is_in_place(a, b):
         reason = Reason.ELSEWHERE
@@ -218,8 +220,7 @@ def _claim(before: RodReading, after: RodReading) -> tuple[Change, float]:
     """What the readings say, and with what probability there is a difference."""
     p_changed = probability_of_change(before, after)
     if before.state is not after.state:
-        words = {RodState.FULL: Change.FILLED, RodState.EMPTY: Change.EMPTIED, RodState.PARTIAL: Change.PARTLY}
-        return words[after.state], p_changed
+        return _BECAME[after.state], p_changed
     if after.state is RodState.PARTIAL and abs((before.fill or 0.0) - (after.fill or 0.0)) > PARTLY_LEAST:
         return Change.PARTLY, before.confidence * after.confidence
     return Change.SAME, p_changed
@@ -246,10 +247,9 @@ def _paired(rods: list[RodChange]) -> list[RodChange]:
     gone = [r for r in rods if r.word == "removed"]
     come = [r for r in rods if r.word == "added"]
     ways = [(g, c) for g in gone for c in come if abs((g.base.fill or 0.0) - (c.with_.fill or 0.0)) < CONTENT_APART]
-    counterpart: dict[str, str] = {}
-    for g, c in ways:
-        if sum(g is other or c is another for other, another in ways) == 1:
-            counterpart |= {g.rod_id: c.rod_id, c.rod_id: g.rod_id}
+    ends = Counter(rod.rod_id for way in ways for rod in way)
+    only = [(g.rod_id, c.rod_id) for g, c in ways if ends[g.rod_id] == ends[c.rod_id] == 1]
+    counterpart = {end: other for g, c in only for end, other in ((g, c), (c, g))}
     return [_moved(r, counterpart[r.rod_id]) if r.rod_id in counterpart else r for r in rods]
 
 

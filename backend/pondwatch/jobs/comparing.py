@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,9 @@ _WORDS = {
     "shifted": "The states agree far better one lattice step away: one of the two lies wrong by a step. No difference "
     "is claimed.",
 }
+
+
+_STATES = {state.value: state for state in RodState}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,9 +88,13 @@ def find(store: Store, base: str, with_: str) -> Found:
     sides = store.read(lambda c: (_side(c, base), _side(c, with_)))
     sides = _measured(store, sides[0]), _measured(store, sides[1])
     pixel_m = max(metres_per_pixel(side.session) for side in sides)
-    places = np.array([seen.place for seen in sides[0].rods.values()]).reshape(-1, 2)
-    steps = neighbour_steps(places)
+    steps = _steps(tuple(seen.place for seen in sides[0].rods.values()))
     return Found(*sides, compare(sides[0].rods, sides[1].rods, steps, pixel_m), pixel_m)
+
+
+@lru_cache(maxsize=32)
+def _steps(places: tuple[tuple[float, float], ...]) -> Float:
+    return neighbour_steps(np.array(places).reshape(-1, 2))
 
 
 def _side(connection: Connection, session_id: str) -> Side:
@@ -99,7 +107,7 @@ def _side(connection: Connection, session_id: str) -> Side:
         reading = (
             RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
             if state is None
-            else RodReading(rod_id, RodState(state), fill, confidence, views, conflicting)
+            else RodReading(rod_id, _STATES[state], fill, confidence, views, conflicting)
         )
         rods[rod_id] = Seen(reading, (x_m, y_m), inner_m, offset)
     return Side(session, rods)

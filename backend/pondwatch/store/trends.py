@@ -69,4 +69,4 @@ def side(connection: Connection, session_id: str) -> Sequence[tuple[Any, ...]]:
         .where(known.session_id == session_id)
         .order_by(known.position)
     )
-    return [tuple(row) for row in connection.execute(query)]
+    return connection.execute(query).all()
