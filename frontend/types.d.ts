@@ -14,6 +14,7 @@ declare interface PoseRow {
   robot: string; sequence: number; boot?: number; x_m: number | null; y_m: number | null; theta_rad: number | null;
   sigma_xy_m: number | null; sigma_theta_rad: number | null; status: 'placed' | 'uncertain' | 'rejected';
   received_at?: string; captured_at?: string; raw_x_m?: number; raw_y_m?: number; raw_theta_rad?: number;
+  battery?: number; link_loss?: number; image_quality?: number;
 }
 declare interface RodRow {
   rod_id: string; state: 'empty' | 'partial' | 'full' | 'unseen'; fill: number | null; confidence: number; views: number;

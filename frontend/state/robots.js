@@ -3,6 +3,7 @@
 
 /** The server's own limit wins, once it is known. */
 export const SILENT_S = 8;
+const [LOW_BATTERY, HIGH_LOSS] = [0.2, 0.3];
 
 /**
  * behind: what shows here is old, but the server holds snapshots that it has not corrected yet, and calls nobody silent.
@@ -38,6 +39,15 @@ function hearingOf({ facts: { state, counts }, alarms, heldAtMs }, name, ageS) {
   const queued = heldAtMs == null && (counts?.pending ?? 0) > 0;
   return queued && !alarms?.isActive('robot-silent', name) ? 'behind' : 'silent';
 }
+
+/** What a robot says of itself, in words; nothing where it says nothing. @param {PoseRow} pose @returns {string} */
+export function saidOf({ battery, link_loss: loss, image_quality: quality }) {
+  const words = /** @type {const} */ ([['battery', battery], ['loss', loss], ['image', quality]]);
+  return words.flatMap(([word, share]) => (share == null ? [] : [`${word} ${Math.round(100 * share)} %`])).join(' · ');
+}
+
+/** Whether it should come in to be charged, or cannot be heard well. @param {PoseRow} pose */
+export function isWeak({ battery = 1, link_loss: loss = 0 }) { return battery < LOW_BATTERY || loss > HIGH_LOSS; }
 
 /** How far the correction moved the pose that came in, m. @param {PoseRow} pose */
 function driftOf(pose) {

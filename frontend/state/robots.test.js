@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { robotViews } from './robots.js';
+import { isWeak, robotViews, saidOf } from './robots.js';
 
 const NOW = 100_000;
 function views({ heardAt = NOW, state = 'running', skew = 0, pose = {} } = {}) {
@@ -49,4 +49,11 @@ test('a robot whose snapshots wait for their correction is behind, unless the se
   assert.deepEqual(robotViews(inspection(40), NOW).map(({ hearing }) => hearing), ['behind', 'silent']);
   assert.deepEqual(robotViews(inspection(0), NOW).map(({ hearing }) => hearing), ['silent', 'silent']);
   assert.deepEqual(robotViews({ ...inspection(40), heldAtMs: NOW }, NOW).map(({ hearing }) => hearing), ['silent', 'silent']);
+});
+
+test('what a robot says of itself is told, and what it does not say is not', () => {
+  assert.equal(saidOf({ battery: 0.836, link_loss: 0.03, image_quality: 0.9 }), 'battery 84 % · loss 3 % · image 90 %');
+  assert.equal(saidOf({ link_loss: 0 }), 'loss 0 %');
+  assert.equal(saidOf({}), '');
+  assert.deepEqual([{ battery: 0.19 }, { link_loss: 0.31 }, { battery: 0.2, link_loss: 0.3 }, {}].map(isWeak), [true, true, false, false]);
 });

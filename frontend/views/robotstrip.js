@@ -2,12 +2,13 @@
 /** All robots, always in sight: last heard, where, and how far the correction moved the pose that came. */
 
 import * as format from '../state/format.js';
+import { isWeak, saidOf } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
 
 /** @typedef {import('../state/robots.js').RobotView} RobotView */
 
-/** A place that is sure needs no word. */
-const STATUS_WORDS = { placed: [], uncertain: ['uncertain'], rejected: ['not placed'] };
+/** Before how far the correction moved the pose; a place that is sure needs no word for that. */
+const STATUS_WORDS = { placed: 'moved', uncertain: 'uncertain', rejected: 'not placed' };
 
 /** @type {Partial<Record<import('../state/robots.js').Hearing, (age: string) => string>>} */
 const HEARD = { silent: (age) => `SILENT ${age}`, behind: (age) => `queued ${age}`, ended: () => 'ended', unknown: (age) => `? ${age}` };
@@ -43,12 +44,13 @@ class Card {
   #state = h('span', { class: 'state' });
   #where = h('span', { class: 'line' });
   #how = h('span', { class: 'line' });
+  #said = h('span', { class: 'line said' });
   /** @type {RobotView | null} */ #robot = null;
 
   /** @param {string} name @param {(robot: RobotView) => void} choose */
   constructor(name, choose) {
     this.element = h('button', { class: 'robot', type: 'button', 'data-robot': name, onClick: () => this.#robot && choose(this.#robot) },
-      h('strong', { text: name }), this.#state, this.#where, this.#how);
+      h('strong', { text: name }), this.#state, this.#where, this.#how, this.#said);
   }
 
   /** @param {RobotView} robot */
@@ -61,6 +63,8 @@ class Card {
     setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
       : `${pose.x_m.toFixed(2)}, ${pose.y_m.toFixed(2)} m  ${format.angle(pose.theta_rad)}`);
     setAttribute(this.#how, 'data-status', pose.status);
-    setText(this.#how, [...STATUS_WORDS[pose.status], ...(driftM === null ? [] : [`moved ${format.length(driftM)}`])].join(', '));
+    setText(this.#said, saidOf(pose));
+    setAttribute(this.#said, 'data-weak', isWeak(pose) ? '' : null);
+    setText(this.#how, driftM === null ? STATUS_WORDS[pose.status].replace('moved', '') : `${STATUS_WORDS[pose.status]} ${format.length(driftM)}`);
   }
 }

@@ -67,6 +67,22 @@ def test_a_snapshot_is_acknowledged_and_its_bytes_come_back_as_they_were(api: Ap
     assert (back.content, back.headers["content-type"]) == (shot.content, "image/png")
 
 
+def test_what_a_robot_says_of_itself_is_told_with_its_pose_and_nothing_is_refused_for_it(api: Api) -> None:
+    session = api.open()
+    said = Shot(1).but(battery=0.84, link_loss=0, image_quality=1)
+    odd = Shot(2).but(battery=84, link_loss="bad", image_quality=True)
+    for shot in (said, odd, Shot(3)):
+        assert api.send(session, shot).status_code == 201
+    assert api.send(session, said.but(battery=0.83)).status_code == 200, "the same snapshot, whatever is said beside it"
+    api.until(session, lambda found: found["counts"]["pending"] == 0)
+
+    poses = api.get(session, "/poses").json()["poses"]
+
+    names = ("battery", "link_loss", "image_quality")
+    told = {pose["sequence"]: {name: pose[name] for name in names if name in pose} for pose in poses}
+    assert told == {1: {"battery": 0.84, "link_loss": 0.0, "image_quality": 1.0}, 2: {}, 3: {}}
+
+
 def test_the_same_snapshot_again_is_answered_as_the_first_time_and_stored_once(api: Api) -> None:
     session = api.open()
     first = api.send(session, Shot(1))

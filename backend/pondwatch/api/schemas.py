@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import (
     AwareDatetime,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     FiniteFloat,
@@ -20,7 +21,7 @@ from pydantic import ValidationError as Fault
 
 from pondwatch.core.alarmacts import Act
 from pondwatch.core.errors import InvalidPose, PondwatchError
-from pondwatch.core.values import SnapshotKey
+from pondwatch.core.values import RobotReport, SnapshotKey
 from pondwatch.jobs.alarms import Deed
 from pondwatch.jobs.ingest import Upload
 from pondwatch.store.judgements import NewJudgement
@@ -39,8 +40,19 @@ Moment = Annotated[
 _POSE_FIELDS = {"x_m", "y_m", "theta_rad"}
 
 
+def _share_or_nothing(value: object) -> float | None:
+    """No snapshot is refused for what its robot says of itself."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if 0 <= value <= 1 else None
+
+
+Said = Annotated[float | None, BeforeValidator(_share_or_nothing)]
+
+
 class PoseIn(BaseModel):
-    """Part `pose` of an upload: the snapshot's key, when it was taken, and its noisy pose in the pond frame."""
+    """Part `pose` of an upload: the snapshot's key, when it was taken, and its noisy pose in the pond frame. What the
+    robot says of itself is from 0 to 1; anything else is passed over."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -52,11 +64,15 @@ class PoseIn(BaseModel):
     y_m: Metres
     theta_rad: Metres
     digest: Digest | None = None
+    battery: Said = None
+    link_loss: Said = None
+    image_quality: Said = None
 
     def upload(self, image: bytes) -> Upload:
         """With its picture, as the jobs take it."""
         key = SnapshotKey(self.robot, self.boot, self.sequence)
-        return Upload(key, _ms(self.captured_at), self.x_m, self.y_m, self.theta_rad, image, self.digest)
+        said = RobotReport(self.battery, self.link_loss, self.image_quality)
+        return Upload(key, _ms(self.captured_at), self.x_m, self.y_m, self.theta_rad, image, self.digest, said)
 
 
 class BatchItemIn(PoseIn):

@@ -12,7 +12,7 @@ import json
 import random
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import islice
 from typing import Any
 
@@ -20,7 +20,7 @@ import httpx
 
 from pondwatch.core.errors import PondwatchError, Unavailable
 from pondwatch.core.images import digest_of
-from pondwatch.core.values import SnapshotKey
+from pondwatch.core.values import NO_REPORT, RobotReport, SnapshotKey
 
 BATCH_ITEMS = 32
 BATCH_BYTES = 16 << 20
@@ -42,6 +42,7 @@ class Item:
     content: bytes
     suffix: str
     digest: str
+    report: RobotReport = NO_REPORT
 
     def document(self) -> dict[str, Any]:
         """The part `pose` of an upload."""
@@ -55,6 +56,7 @@ class Item:
             "y_m": y,
             "theta_rad": theta,
             "digest": self.digest,
+            **{name: value for name, value in asdict(self.report).items() if value is not None},
         }
 
     def file(self) -> tuple[str, bytes, str]:

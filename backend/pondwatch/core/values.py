@@ -91,6 +91,19 @@ class SnapshotKey:
     sequence: int
 
 
+@dataclass(frozen=True, slots=True)
+class RobotReport:
+    """What a robot may say of itself beside a snapshot, each from 0 to 1, None where it says nothing. battery: charge
+    left. link_loss: share of its radio packets that were lost lately. image_quality: by its own judgement."""
+
+    battery: float | None = None
+    link_loss: float | None = None
+    image_quality: float | None = None
+
+
+NO_REPORT = RobotReport()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
     """One picture with the pose that came with it.

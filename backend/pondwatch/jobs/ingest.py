@@ -11,7 +11,7 @@ from sqlalchemy import Connection
 from pondwatch.core.errors import DigestMismatch, SessionFinished
 from pondwatch.core.images import MEDIA_TYPES, check_header, decode, digest_of
 from pondwatch.core.ports import Clock
-from pondwatch.core.values import SnapshotKey
+from pondwatch.core.values import NO_REPORT, RobotReport, SnapshotKey
 from pondwatch.store import jobs, sessions, snapshots
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.snapshots import NewSnapshot, StoredSnapshot
@@ -29,6 +29,7 @@ class Upload:
     theta_rad: float
     image: bytes
     digest: str | None = None
+    report: RobotReport = NO_REPORT
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +107,7 @@ class Ingest:
             found.removeprefix("sha256:"),
             len(upload.image),
             MEDIA_TYPES[header.kind],
+            upload.report,
         )
 
     def _commit(self, session_id: str, new: NewSnapshot) -> Future[Receipt]:

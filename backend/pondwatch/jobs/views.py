@@ -77,7 +77,7 @@ def correction(correction: Correction) -> Json:
 
 
 def pose(row: RowMapping | Json) -> Json:
-    """A corrected pose, beside the one that came in."""
+    """A corrected pose, beside the one that came in, and what the robot said of itself where it did."""
     as_stored = (
         "sequence",
         "robot",
@@ -95,7 +95,8 @@ def pose(row: RowMapping | Json) -> Json:
         "revision",
     )
     times = {"captured_at": rfc3339(row["captured_ms"]), "received_at": rfc3339(row["received_ms"])}
-    return {name: row[name] for name in as_stored} | times
+    said = {name: row[name] for name in ("battery", "link_loss", "image_quality") if row[name] is not None}
+    return {name: row[name] for name in as_stored} | times | said
 
 
 def evidence(pose: Json) -> Json:

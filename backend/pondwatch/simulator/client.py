@@ -9,6 +9,7 @@ import numpy as np
 
 from pondwatch.basestation.uploader import Item, Uploader, item_of
 from pondwatch.core.inspection import inspection_document
+from pondwatch.core.values import RobotReport
 
 from .faults import damaged
 from .radio import Delivery, RadioSpec, deliveries
@@ -38,7 +39,14 @@ def items(simulation: Simulation, arriving: list[Delivery]) -> Iterator[Item]:
     for delivery in arriving:
         snapshot = simulation.snapshot(delivery.index)
         item = item_of(snapshot.key, snapshot.captured_at, snapshot.pose_pond, snapshot.content, snapshot.suffix)
+        item = replace(item, report=_report(delivery.index / len(arriving), rng))
         yield item if delivery.fault is None else replace(item, content=damaged(item.content, delivery.fault, rng))
+
+
+def _report(share: float, rng: np.random.Generator) -> RobotReport:
+    """What a robot says of itself when `share` of the inspection is over."""
+    battery = 0.95 - 0.4 * share - 0.02 * rng.random()
+    return RobotReport(round(battery, 2), link_loss=rng.binomial(50, 0.03) / 50)
 
 
 def demo_spec(number: int, snapshots: int) -> SimulationSpec:

@@ -134,6 +134,9 @@ def _beside_what_came_in(table: Table, which: ColumnElement[bool]) -> Select[Any
         s.x_m.label("raw_x_m"),
         s.y_m.label("raw_y_m"),
         s.theta_rad.label("raw_theta_rad"),
+        s.battery,
+        s.link_loss,
+        s.image_quality,
     ]
     return (
         select(*came_in, table)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from sqlalchemy import Connection, Row, bindparam, func, insert, select
 
 from pondwatch.core.errors import Missing, SnapshotConflict
-from pondwatch.core.values import SnapshotKey
+from pondwatch.core.values import NO_REPORT, RobotReport, SnapshotKey
 
 from .tables import poses, snapshots
 
@@ -25,10 +25,11 @@ class NewSnapshot:
     digest: str
     size_bytes: int
     media_type: str
+    report: RobotReport = NO_REPORT
 
     @property
     def content(self) -> tuple[object, ...]:
-        """What must be the same for two to be the same."""
+        """What must be the same for two to be the same: not what the robot says of itself."""
         return self.captured_ms, self.x_m, self.y_m, self.theta_rad, self.digest
 
 
@@ -103,6 +104,7 @@ def add(connection: Connection, session_id: str, new: NewSnapshot, now_ms: int) 
         "digest": new.digest,
         "size_bytes": new.size_bytes,
         "media_type": new.media_type,
+        **asdict(new.report),
     }
     result = connection.execute(_ADD, row)
     assert result.inserted_primary_key
@@ -148,5 +150,6 @@ def _stored(row: Row[Any], fault: str | None = None, shown: tuple[float, float, 
         row.digest,
         row.size_bytes,
         row.media_type,
+        RobotReport(row.battery, row.link_loss, row.image_quality),
     )
     return StoredSnapshot(row.id, row.received_ms, new, fault, shown)

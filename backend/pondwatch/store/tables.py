@@ -92,6 +92,9 @@ snapshots = Table(
     Column("digest", String(64), nullable=False),  # SHA-256 of the image's bytes, hexadecimal
     Column("size_bytes", BigInteger, nullable=False),
     Column("media_type", String(20), nullable=False),
+    Column("battery", Float),  # this and the next two: what the robot said of itself, 0 to 1
+    Column("link_loss", Float),
+    Column("image_quality", Float),
     UniqueConstraint("session_id", "robot", "boot", "sequence"),
     Index(None, "session_id", "id"),
     Index(None, "session_id", "captured_ms"),
