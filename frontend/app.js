@@ -5,6 +5,7 @@ import { Problem, getSession, listSessions } from './api/client.js';
 import { format as addressOf, parse } from './state/address.js';
 import { isRunning } from './state/robots.js';
 import { h } from './views/dom.js';
+import { lostNote } from './views/lost.js';
 import { restoreTheme } from './views/theme.js';
 
 /** @typedef {import('./views/live.js').Live} Live */
@@ -60,7 +61,7 @@ async function main() {
   const asked = [...new URLSearchParams(location.search).keys()].find((word) => Object.hasOwn(PAGES, word));
   if (asked) {
     const page = await PAGES[asked]();
-    document.body.replaceChildren(page.element);
+    document.body.replaceChildren(page.element, lostNote());
     return page.start();
   }
   const address = parse(location.search);

@@ -81,6 +81,12 @@ export function closeNote(session, note, by) {
   return post(`/api/sessions/${encodeURIComponent(session)}/notes/${note}/close`, { by });
 }
 
+/** What the next shift should know, of all inspections. @param {number} hours back
+ * @returns {Promise<{notes: (Note & {session: string, session_name: string})[], judgements: (Judgement & {rod_id: string, session: string, session_name: string})[]}>} */
+export function handover(hours) {
+  return get(`/api/handover?hours=${hours}`);
+}
+
 /** As they stand, and the limits in force. @param {string} session @returns {Promise<{limits?: {[name: string]: number}}>} */
 export function alarmsOf(session) {
   return get(`/api/sessions/${encodeURIComponent(session)}/alarms`);
@@ -112,6 +118,11 @@ function rodPath(session, rod) {
 export function snapshotUrl(session, { robot, boot, sequence }) {
   const parts = [session, 'snapshots', robot, boot, sequence, 'image'].map((part) => encodeURIComponent(part));
   return `/api/sessions/${parts.join('/')}`;
+}
+
+/** Any answer shows that the server is there. @param {AbortSignal} signal @returns {Promise<unknown>} */
+export function signOfLife(signal) {
+  return fetch('/healthz', { signal, cache: 'no-store' });
 }
 
 /** @param {string} session @param {number | null} since */

@@ -150,6 +150,25 @@ function stroke(context, colour, width) {
   context.stroke();
 }
 
+/** Where open notes of a place are. @param {CanvasRenderingContext2D} context @param {Frame} frame @param {Iterable<Note>} notes @param {Colours} colours */
+export function paintNotes(context, frame, notes, colours) {
+  const size = 16 * frame.dpr;
+  context.font = `700 ${11 * frame.dpr}px system-ui, sans-serif`;
+  context.textAlign = 'center';
+  context.textBaseline = 'middle';
+  context.lineWidth = 1.5 * frame.dpr;
+  for (const { x_m, y_m, closed_at: closed } of notes) {
+    if (x_m === null || y_m === null || closed) continue;
+    const [x, y] = [frame.x(x_m), frame.y(y_m)];
+    context.fillStyle = colours.paper;
+    context.strokeStyle = colours.ink;
+    context.fillRect(x - size / 2, y - size / 2, size, size);
+    context.strokeRect(x - size / 2, y - size / 2, size, size);
+    context.fillStyle = colours.ink;
+    context.fillText('N', x, y);
+  }
+}
+
 /** Where the next look would help most. @param {CanvasRenderingContext2D} context @param {Frame} frame
  * @param {{xM: number, yM: number}} place @param {Camera} camera @param {Colours} colours */
 export function paintNext(context, frame, { xM, yM }, camera, colours) {

@@ -8,7 +8,7 @@ import { fillOf, labelOf, verdictOf } from '../state/rods.js';
 const LETTER_FROM_PX = 7;
 const SHARE_FROM_PX = 10;
 
-/** @typedef {{full: string, partial: string, empty: string, unseen: string, conflicting: string, ink: string, paper: string, pale: string}} Palette */
+/** @typedef {{full: string, partial: string, empty: string, unseen: string, conflicting: string, ink: string, paper: string, pale: string, blank: string}} Palette */
 
 export class Symbols {
   /** @type {Map<string, HTMLCanvasElement>} */ #kept = new Map();
@@ -86,7 +86,7 @@ const SHAPES = {
     context.setLineDash([3, 3]);
     context.beginPath();
     context.rect(-r * 0.8, -r * 0.8, r * 1.6, r * 1.6);
-    paint(context, null, palette.unseen);
+    paint(context, palette.blank, palette.unseen); // legible over a rod that lies only partly in the picture
     context.setLineDash([]);
   },
   conflicting(context, r, palette) {

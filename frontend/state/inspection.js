@@ -122,3 +122,8 @@ export class Inspection extends EventTarget {
     this.#full = false;
   }
 }
+
+/** The pond of a session that says nothing of one: its raster's extent. @param {Raster} raster @returns {Pond} */
+export function pondOf(raster) {
+  return { width_m: raster.width_px * raster.metres_per_pixel, height_m: raster.height_px * raster.metres_per_pixel };
+}

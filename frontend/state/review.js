@@ -53,6 +53,7 @@ export function asOf(inspection, atMs) {
   const past = new Inspection({ ...facts, state: 'review' });
   past.heldAtMs = atMs;
   past.alarms = inspection.alarms;
+  past.notes = inspection.notes;
   past.raster = inspection.raster;
   const poses = [...inspection.poses.values()].filter(({ received_at }) => Date.parse(received_at ?? '') <= atMs);
   past.apply({ type: 'poses', poses }, 0);

@@ -1,12 +1,14 @@
 // @ts-check
 /** All inspections, newest first; what to do where there are none. */
 
-import { Problem, pageOfSessions } from '../api/client.js';
+import { Problem, pageOfSessions, signOfLife } from '../api/client.js';
+import { Heartbeat } from '../live/heartbeat.js';
 import * as format from '../state/format.js';
 import { format as addressOf } from '../state/address.js';
 import { isRunning } from '../state/robots.js';
-import { h } from './dom.js';
+import { h, setText } from './dom.js';
 import { navigation, sessionLinks } from './nav.js';
+import { Handover } from './handover.js';
 import { StartForm } from './startform.js';
 import { TopBar } from './topbar.js';
 
@@ -16,14 +18,19 @@ export class Home {
   #bar = new TopBar([navigation('inspections')]);
   #list = h('div', {}, h('p', { class: 'quiet', text: 'Loading…' }));
   #start = new StartForm();
+  #handover = new Handover();
   #search = h('input', { type: 'search', id: 'search', 'aria-label': 'Search by name', placeholder: 'Search by name…', onInput: () => this.#turnTo([]) });
   #newer = h('button', { type: 'button', id: 'newer', text: 'Newer', onClick: () => this.#turnTo(this.#befores.slice(0, -1)) });
   #older = h('button', { type: 'button', id: 'older', text: 'Older', onClick: () => this.#next && this.#turnTo([...this.#befores, this.#next]) });
   #pager = h('div', { class: 'pager' }, this.#search, h('span', { class: 'spacer' }), this.#newer, this.#older);
-  #body = h('main', { class: 'page', id: 'home' }, h('h2', { text: 'Inspections' }), this.#start.element, this.#pager, this.#list);
+  #stale = h('p', { class: 'note bad', role: 'alert', id: 'stale', hidden: true });
+  #body = h('main', { class: 'page', id: 'home' }, h('h2', { text: 'Inspections' }), this.#stale, this.#start.element, this.#pager, this.#list, this.#handover.element);
   /** Where each page after the first begins, as far as the one shown. @type {string[]} */ #befores = [];
   /** @type {string | null} */ #next = null;
   #asked = 0;
+  #beat = new Heartbeat({ ask: signOfLife, now: Date.now, later: (run, ms) => setTimeout(run, ms) });
+  #loadedAt = 0;
+  #fault = '';
   #shown = '';
   /** @type {number | undefined} */ #timer;
 
@@ -36,13 +43,32 @@ export class Home {
     this.element = h('div', {}, this.#bar.element, this.#body);
   }
 
-  start() { void this.#refresh(); }
-  stop() { clearTimeout(this.#timer); }
+  start() {
+    this.#bar.watch(this.#beat);
+    this.#beat.addEventListener('state', () => this.#tellAge());
+    this.#beat.start();
+    this.#handover.start();
+    void this.#refresh();
+  }
+
+  stop() {
+    this.#beat.stop();
+    clearTimeout(this.#timer);
+  }
+
+  /** A list that is not renewed says so. */
+  #tellAge() {
+    const isLost = this.#beat.state === 'disconnected';
+    this.#stale.hidden = !isLost && !this.#fault;
+    const list = this.#loadedAt ? `The list is ${format.age((Date.now() - this.#loadedAt) / 1000)} old.` : 'Nothing was received yet.';
+    setText(this.#stale, `${isLost ? 'DISCONNECTED.' : this.#fault} ${list} Trying again.`);
+    this.#list.classList.toggle('outdated', !this.#stale.hidden);
+  }
 
   /** @param {string[]} befores */
   #turnTo(befores) {
     this.#befores = befores;
-    this.stop();
+    clearTimeout(this.#timer);
     void this.#refresh();
   }
 
@@ -52,15 +78,17 @@ export class Home {
       const { sessions, next } = await pageOfSessions({ q: this.#search.value.trim(), before: this.#befores.at(-1) ?? null });
       if (asked !== this.#asked) return;
       this.#next = next ?? null;
+      this.#loadedAt = Date.now();
+      this.#fault = '';
       const running = this.#opens && sessions.find((facts) => isRunning(facts.state));
       if (running) return location.replace(addressOf({ session: running.id }));
       this.#show(sessions);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
-      this.#shown = '';
       if (asked !== this.#asked) return;
-      this.#list.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: `${error.message} Trying again…` }));
+      this.#fault = error.message;
     }
+    this.#tellAge();
     this.#timer = setTimeout(() => void this.#refresh(), EVERY_MS);
   }
 

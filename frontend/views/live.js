@@ -1,13 +1,13 @@
 // @ts-check
 /** The live view: one inspection, its feed, its map and its panels. Here they are put together. */
 
-import { openFeed } from '../api/client.js';
+import { world } from '../live/browserlink.js';
 import { Intake } from '../live/intake.js';
 import { Link } from '../live/link.js';
 import { decode } from '../map/raster.js';
 import { format as addressOf } from '../state/address.js';
 import * as format from '../state/format.js';
-import { Inspection } from '../state/inspection.js';
+import { Inspection, pondOf } from '../state/inspection.js';
 import { Options } from '../state/options.js';
 import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
@@ -20,6 +20,8 @@ import { listen } from './keys.js';
 import { actionsOf } from './liveactions.js';
 import { sessionLinks } from './nav.js';
 import { LayerLegend } from './layerlegend.js';
+import { mapTools } from './maptools.js';
+import { Notes } from './notes.js';
 import { PondView } from './pondview.js';
 import { RobotStrip } from './robotstrip.js';
 import { RodPanel } from './rodpanel.js';
@@ -40,6 +42,7 @@ export class Live {
   #health = new Health(() => this.#goNext());
   #legend;
   #pulse = new Pulse();
+  #notes;
   #mapBox = h('div', { class: 'map', id: 'map', tabindex: '0', role: 'application', 'aria-label': 'Map of the pond; arrow keys pan, plus and minus zoom' });
   #banner = h('div', { class: 'banner', role: 'alert' }, h('strong'), h('span'));
   #wait = h('p', { class: 'wait', id: 'wait', role: 'status', text: 'Waiting for the inspection as it stands…' });
@@ -70,8 +73,10 @@ export class Live {
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
-    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#summary.element, this.#health.element);
-    this.#actions = actionsOf(this, { goNext: () => this.#goNext(), close: () => this.#close(), help: () => this.help.showModal() });
+    const middle = () => this.#view?.map.centre ?? null;
+    this.#notes = new Notes({ session: facts.id, middle, moment: () => this.time.clock.atMs, go: (note) => this.#goToNote(note) });
+    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#summary.element, this.#health.element, this.#notes.element);
+    this.#actions = actionsOf(this, { goNext: () => this.#goNext(), close: () => this.#close(), help: () => this.help.showModal(), note: () => this.#notes.open() });
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
     this.element = h('div', {}, this.#bar.element, this.#main, this.help, this.#finish.dialog, ...this.alarms.overlays);
@@ -95,6 +100,7 @@ export class Live {
     inspection.addEventListener('hello', () => this.#hello());
     inspection.addEventListener('poses', () => this.#pulse.arrived(inspection.fresh.map((pose) => Date.parse(pose.received_at ?? '')), this.#serverMs));
     inspection.addEventListener('session', () => this.#revision());
+    for (const said of ['rods', 'notes']) inspection.addEventListener(said, () => this.#soon()); // what people say makes no revision
     rodPanel.addEventListener('choose', () => this.#showEvidence());
     rodPanel.addEventListener('close', () => this.#chooseRod(null));
     this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#address(); this.#update(); });
@@ -129,7 +135,7 @@ export class Live {
       find: (id) => this.#find(id), rods: (pond.rods ?? []).map((rod) => rod.id), measure: () => view.toggleMeasure(), table: () => this.tables.toggle(true), help: () => this.help.showModal(),
     });
     this.#column.prepend(toolbar.element);
-    this.#area.append(this.tables.element, this.alarms.list.element, tools(view));
+    this.#area.append(this.tables.element, this.alarms.list.element, mapTools(view));
     if (this.#wanted.rod) this.#find(this.#wanted.rod);
   }
 
@@ -139,7 +145,12 @@ export class Live {
     if (at !== null) this.time.clock.seek(at);
     if (this.inspection.revision !== null) this.#view?.painted.wait(this.inspection.revision);
     if (this.time.live) this.#view?.advance();
-    else this.#view?.repaint(); // the past stands still
+    this.#soon();
+  }
+
+  /** Show what is otherwise, once for all that comes together. */
+  #soon() {
+    this.#view?.repaint();
     if (this.#due) return;
     this.#due = true;
     setTimeout(() => this.#update(), PANELS_MS);
@@ -148,6 +159,7 @@ export class Live {
   #update() {
     this.#due = false;
     this.#summary.update(this.time.shown);
+    this.#notes.update(this.inspection.notes.values());
     this.tables.update();
     const rod = this.#view?.chosenRod;
     if (rod) this.rodPanel.show(this.time.shown.rod(rod.id), rod);
@@ -258,6 +270,13 @@ export class Live {
     if (pose.x_m !== null && pose.y_m !== null) this.#view?.map.goTo(pose.x_m, pose.y_m);
   }
 
+  /** @param {Note} note */
+  #goToNote({ rod_id: rod, x_m, y_m, moment }) {
+    if (rod) this.#find(rod);
+    else if (x_m !== null && y_m !== null) this.#view?.map.goTo(x_m, y_m);
+    else if (moment) this.time.clock.seek(Date.parse(moment));
+  }
+
   /** @param {import('../state/alarms.js').Alarm} alarm */
   #goToAlarm({ kind, subject }) {
     const robot = robotViews(this.time.shown, Date.now()).find(({ name }) => name === subject);
@@ -281,22 +300,4 @@ export class Live {
     this.#addressTimer ??= setTimeout(() => { this.#addressTimer = undefined; this.#address(); }, ADDRESS_MS);
   }
   /** @type {number | undefined} */ #addressTimer;
-}
-
-/** @param {string} session @returns {import('../live/link.js').World} */
-function world(session) {
-  return { open: (since) => openFeed(session, since), now: Date.now, later: (run, ms) => setTimeout(run, ms), random: Math.random };
-}
-
-/** The pond of a session that says nothing of one: its raster's extent. @param {Raster} raster @returns {Pond} */
-function pondOf(raster) {
-  return { width_m: raster.width_px * raster.metres_per_pixel, height_m: raster.height_px * raster.metres_per_pixel };
-}
-
-/** @param {PondView} view */
-function tools(view) {
-  const button = (/** @type {string} */ text, /** @type {string} */ title, /** @type {() => void} */ onClick) =>
-    h('button', { type: 'button', title, 'aria-label': title, text, onClick });
-  return h('div', { class: 'map-tools' }, button('+', 'Closer (+)', () => view.map.zoom(1.5)),
-    button('−', 'Farther (-)', () => view.map.zoom(1 / 1.5)), button('⤢', 'Whole pond (0)', () => view.map.fit()));
 }

@@ -4,7 +4,7 @@
 import { toggleTheme } from './theme.js';
 
 /** @typedef {import('./help.js').Action} Action */
-/** @typedef {{goNext: () => void, close: () => void, help: () => void}} Uses */
+/** @typedef {{goNext: () => void, close: () => void, help: () => void, note: () => void}} Uses */
 
 const FADE = 0.1;
 
@@ -48,9 +48,10 @@ function timeActions({ time }) {
 }
 
 /** @param {import('./live.js').Live} live @param {Uses} uses @returns {Action[]} */
-function pageActions({ tables }, { close, help }) {
+function pageActions({ tables }, { close, help, note }) {
   return [
     { keys: ['d'], word: 'Tables', run: () => tables.toggle(Boolean(tables.element.hidden)) },
+    { keys: ['h'], word: 'Write a note for the next shift', run: note },
     { keys: ['t'], word: 'Light or dark', run: toggleTheme },
     { keys: ['i'], word: 'All inspections', run: () => location.assign('/?inspections') },
     { keys: ['?'], word: 'These keys', run: help },

@@ -3,7 +3,7 @@
 
 import { snapshotUrl } from '../api/client.js';
 import { Overlay } from '../map/overlay.js';
-import { paintChosen, paintFloor, paintMosaic, paintNext, paintOutline, paintRobots, paintRods } from '../map/painters.js';
+import { paintChosen, paintFloor, paintMosaic, paintNext, paintNotes, paintOutline, paintRobots, paintRods } from '../map/painters.js';
 import { PondMap } from '../map/pondmap.js';
 import { RasterCanvas } from '../map/raster.js';
 import { SnapshotMosaic, asCorrected, asSaid } from '../map/snapshotmosaic.js';
@@ -143,6 +143,7 @@ export class PondView extends EventTarget {
     if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity.rods);
     if (marks.tracks) paintTracks(context, frame, this.#inspection.poses.values(), this.#colours);
     if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(whereSaid) : robots, camera, this.#colours);
+    paintNotes(context, frame, this.#inspection.notes.values(), this.#colours);
     if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);
     if (this.chosenRod) paintChosen(context, frame, this.chosenRod, this.#colours);
     if (this.evidence && camera) this.#paintEvidence(context, frame, this.evidence, camera);

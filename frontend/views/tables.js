@@ -2,7 +2,7 @@
 /** What the map shows, as tables: rods, robots, snapshots. */
 
 import * as format from '../state/format.js';
-import { robotViews } from '../state/robots.js';
+import { robotViews, saidOf } from '../state/robots.js';
 import { VERDICTS, fillOf, labelOf, verdictOf, wordOf } from '../state/rods.js';
 import { sorted } from '../state/sorting.js';
 import { h } from './dom.js';
@@ -15,7 +15,7 @@ const MOST_ROWS = 1000;
 /** @type {Record<Tab, string[]>} */
 const HEADS = {
   rods: ['Rod', 'State', 'Fill', 'Confidence', 'Looks', 'In 30 min', 'Last seen', 'Place known to', 'x', 'y'],
-  robots: ['Robot', 'Last heard', 'Snapshot', 'Status', 'x', 'y', 'Heading', 'Moved by'],
+  robots: ['Robot', 'Last heard', 'Snapshot', 'Status', 'x', 'y', 'Heading', 'Moved by', 'Says'],
   snapshots: ['Robot', 'Snapshot', 'Received', 'Status', 'x', 'y', 'Heading', 'One sigma'],
 };
 
@@ -105,7 +105,7 @@ export class Tables {
   #robots() {
     return robotViews(this.#of(), Date.now()).map(({ name, pose, ageS, hearing, driftM }) => [{ show: name },
       { show: heard(hearing, format.age(ageS)), by: ageS },
-      { show: `#${pose.sequence}` }, { show: pose.status }, ...place(pose), length(driftM)]);
+      { show: `#${pose.sequence}` }, { show: pose.status }, ...place(pose), length(driftM), { show: saidOf(pose) || format.NONE }]);
   }
 
   /** @returns {Cell[][]} */

@@ -29,7 +29,7 @@ export function mapColours() {
 /** @returns {import('../map/symbols.js').Palette} */
 export function rodPalette() {
   const style = getComputedStyle(document.documentElement);
-  const names = ['full', 'partial', 'empty', 'unseen', 'conflicting', 'ink', 'paper', 'pale'];
+  const names = ['full', 'partial', 'empty', 'unseen', 'conflicting', 'ink', 'paper', 'pale', 'blank'];
   const entries = names.map((name) => [name, style.getPropertyValue(`--rod-${name}`).trim()]);
   return /** @type {import('../map/symbols.js').Palette} */ (Object.fromEntries(entries));
 }

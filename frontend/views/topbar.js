@@ -33,6 +33,22 @@ export class TopBar {
     document.title = `${this.#ringing ? `(${this.#ringing}) ` : ''}${text} · Pondwatch`;
   }
 
+  /** Of a page without a feed: whether the server is heard. @param {import('../live/heartbeat.js').Heartbeat} beat */
+  watch(beat) {
+    const tell = () => {
+      this.#link.hidden = beat.state === 'live';
+      this.#showLink(beat.state, LINK_WORDS[beat.state], beat.silenceMs);
+    };
+    beat.addEventListener('state', tell);
+    tell();
+  }
+
+  /** @param {keyof typeof LINK_WORDS} state @param {string} words @param {number} silenceMs */
+  #showLink(state, words, silenceMs) {
+    setText(this.#link, state === 'disconnected' ? `${words} ${format.age(silenceMs / 1000)}` : words);
+    setAttribute(this.#link, 'data-state', state);
+  }
+
   /**
    * @param {import('../state/inspection.js').Inspection} inspection
    * @param {import('../live/link.js').Link} link @param {number} nowMs
@@ -44,8 +60,7 @@ export class TopBar {
     setText(this.#state, inspection.facts.state);
     const running = isRunning(inspection.facts.state);
     const words = link.state === 'live' && !running ? 'Connected' : LINK_WORDS[link.state];
-    setText(this.#link, link.state === 'disconnected' ? `${words} ${format.age(link.silenceMs / 1000)}` : words);
-    setAttribute(this.#link, 'data-state', link.state);
+    this.#showLink(link.state, words, link.silenceMs);
     setText(this.#age, inspection.dataAt ? format.age((nowMs - inspection.dataAt) / 1000) : format.NONE);
   }
 }

@@ -28,7 +28,9 @@ T = TypeVar("T")
 
 
 def eventually(look: Callable[[], T], timeout_s: float = 8.0) -> T:
-    """The first truthy answer; the last answer where none came in time. The page's policy forbids waiting inside it."""
+    """The first truthy answer; the last answer where none came in time. The page's policy forbids waiting inside it.
+
+    `look` must ask the browser: while nobody does, the page's requests wait for `guard` and `page.url` stands still."""
     end = time.monotonic() + timeout_s
     while not (answer := look()) and time.monotonic() < end:
         time.sleep(0.02)
@@ -55,6 +57,11 @@ class Desk:
             if "navigation" in str(error):
                 return None
             raise
+
+    @property
+    def address(self) -> str:
+        """What follows the host. Asked of the page: `page.url` is as old as the last call to the browser."""
+        return str(self.page.evaluate("location.pathname + location.search"))
 
     def shows(self, revision: int) -> bool:
         """Whether the revision is painted, within some seconds."""

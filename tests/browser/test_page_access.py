@@ -8,7 +8,7 @@ import pytest
 from tests.fakes.alarms import every_state
 from tests.fakes.server import FakeServer, serving
 
-from .conftest import Desk
+from .conftest import Desk, eventually
 
 pytestmark = pytest.mark.browser
 AXE = Path(__file__).parents[2] / "frontend/node_modules/axe-core/axe.min.js"
@@ -22,7 +22,10 @@ PAGES = {
     "keys": ("/?session=s1", "?"),
     "alarms": ("/?session=s1", "a"),
     "comment": ("/?session=s1", "q"),
+    "review": ("/?session=s1&show=tracks&at=2030-01-01T00:00:00.000Z", ""),
     "inspections": ("/?inspections", ""),
+    "start": ("/?inspections", ">#start summary"),
+    "finish": ("/?session=s1", ">#finish"),
     "missing": ("/?session=nobody", ""),
 }
 
@@ -50,13 +53,38 @@ def test_axe_finds_nothing_in_either_theme(desk: Desk, still: FakeServer, name: 
     if query.startswith("/?session=s1"):
         assert desk.shows(60)
     if key:
-        desk.page.keyboard.press(key)
+        desk.page.locator(key[1:]).click() if key.startswith(">") else desk.page.keyboard.press(key)
     desk.page.wait_for_timeout(300)
     desk.page.evaluate(AXE.read_text())
 
+    assert in_both_themes(desk) == []
+
+
+def test_axe_finds_nothing_where_there_is_no_inspection_and_where_the_server_is_gone(
+    desk: Desk, server: FakeServer
+) -> None:
+    server.listening = False
+    desk.open(server)
+    assert desk.says("#home", "pondwatch simulate")
+    desk.page.evaluate(AXE.read_text())
+    assert in_both_themes(desk) == []
+    server.listening = True
+    assert eventually(lambda: desk.figure("link") == "live")
+    desk.page.evaluate(AXE.read_text())
+
+    server.stop()
+
+    assert desk.says(".banner", "DISCONNECTED")
+    assert in_both_themes(desk) == []
+    server.start()
+
+
+def in_both_themes(desk: Desk) -> list[tuple[str, list[str]]]:
+    found = []
     for theme in ("light", "dark"):
         desk.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-        assert faults(desk) == [], theme
+        found += faults(desk)
+    return found
 
 
 def test_axe_would_find_a_fault(desk: Desk, still: FakeServer) -> None:

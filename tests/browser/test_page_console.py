@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.fakes.movie import Movie
-from tests.fakes.server import FakeServer, serving
+from tests.fakes.movie import SCALE_M, Movie
+from tests.fakes.server import FakeServer, serving, shows
 
 from .conftest import Desk, eventually
 from .test_page_live import digest_of, on_screen
@@ -213,52 +213,65 @@ def test_a_distance_is_measured_by_mouse_and_by_keys(console: Desk, still: FakeS
 
 
 def test_a_view_is_the_same_from_its_address(console: Desk, make_desk: Callable[..., Desk], still: FakeServer) -> None:
-    for key in ("l", "g", "r"):
+    seen = still.source.changes("s1", None).rods[3]["rod_id"]
+    for key in ("l", "g", "r", "[", "+"):
         console.page.keyboard.press(key)
+    console.page.locator("#find").fill(seen)
+    console.page.locator("#find").press("Enter")
+    console.page.locator("#scrub").fill("1000")
+    assert eventually(lambda: all(word in console.address for word in ("view=", "at=", "rod=", "layer65")))
     other = make_desk()
 
-    other.open(still, console.page.evaluate("location.pathname + location.search"))
+    other.open(still, console.address)
     assert other.shows(COUNT)
 
     assert other.page.locator("#layer").input_value() == "looks"
     assert other.page.locator("#layer-grid").get_attribute("aria-pressed") == "true"
     assert other.page.locator("#layer-rods").get_attribute("aria-pressed") == "false"
+    assert other.says("#rod-panel", f"Rod {seen}")
+    assert eventually(lambda: other.text("#moment") == console.text("#moment") != "now")
+    assert eventually(lambda: other.address == console.address)
 
 
-def test_the_console_can_be_used_by_keys_alone(console: Desk, still: FakeServer) -> None:
-    page = console.page
-    seen = still.source.changes("s1", None).rods[0]["rod_id"]
-    page.keyboard.press("?")
-    assert console.says("#help", "Where to look next")
-    page.keyboard.press("Escape")
-    assert not page.locator("#help").is_visible()
-    page.keyboard.press("t")
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    page.keyboard.press("t")
-    page.keyboard.press("/")
-    page.keyboard.type(seen)
-    page.keyboard.press("Enter")
-    assert console.says("#rod-panel", f"Rod {seen}")
-    assert eventually(lambda: page.locator(".evidence button").count())
-    page.locator("#rod-panel button[aria-label=Close]").focus()
-    page.keyboard.press("Tab")
-    page.keyboard.press("Enter")
-    assert page.locator(".evidence button[aria-pressed=true]").count() == 1
-    page.keyboard.press("Escape")
-    assert not page.locator("#rod-panel").is_visible()
+def test_what_is_seen_through_is_fainter_and_the_address_tells_how_much(console: Desk) -> None:
+    console.page.locator("#layer").select_option("looks")
     before = picture(console)
-    page.keyboard.press("+")
-    page.wait_for_timeout(300)
-    assert picture(console) != before
-    page.keyboard.press("0")
-    assert eventually(lambda: picture(console) == before)
-    page.locator("#map").focus()
-    page.keyboard.press("ArrowRight")
-    page.wait_for_timeout(300)
-    assert picture(console) != before
-    page.keyboard.press("d")
-    assert page.locator("#tables").is_visible()
-    page.keyboard.press("Escape")
-    assert not page.locator("#tables").is_visible()
-    page.keyboard.press("i")
-    assert console.says("#home", "Pond 3")
+
+    console.page.locator("#opacity-layer").fill("0.2")
+    assert eventually(lambda: picture(console) != before)
+    fainter = picture(console)
+    console.page.locator("#opacity-rods").fill("0.3")
+
+    assert eventually(lambda: picture(console) != fainter)
+    assert eventually(lambda: "rods30,layer20" in console.address)
+
+
+def test_a_table_is_ordered_by_a_column_and_the_other_way_round(console: Desk) -> None:
+    console.page.keyboard.press("d")
+    head = console.page.locator("#tables .sort", has_text="Rod")
+    names = console.page.locator("#tables tbody th")
+
+    head.click()
+    rising = names.all_inner_texts()
+    head.click()
+
+    assert rising == sorted(rising)
+    assert names.all_inner_texts() == rising[::-1]
+    assert console.page.locator("#tables th[aria-sort=descending]").inner_text().startswith("Rod")
+
+
+def test_the_rod_is_ringed_in_the_snapshots_that_show_it(console: Desk, still: FakeServer) -> None:
+    rod_id = next(row["rod_id"] for row in still.source.changes("s1", None).rods)
+    console.open(still, f"/?session=s1&rod={rod_id}")
+    assert eventually(lambda: console.page.locator(".ring.corrected").count())
+
+    box = console.page.locator(".evidence .picture").first.bounding_box()
+    ring = console.page.locator(".ring.corrected").first.bounding_box()
+
+    assert box
+    assert ring
+    pose = next(p for p in still.source.changes("s1", None).poses if shows(still, rod_id, p))
+    rod = next(rod for rod in still.movie.pond.rods if rod.id == rod_id) if still.movie else None
+    assert rod
+    along = (ring["x"] + ring["width"] / 2 - box["x"]) / box["width"] - 0.5  # the movie's pictures are not turned
+    assert along == pytest.approx((rod.x_m - pose["x_m"]) / (160 * SCALE_M), abs=0.02)

@@ -217,14 +217,15 @@ def test_nothing_overflows(make_desk: Callable[..., Desk], server: FakeServer, s
     desk.open(server)
     assert desk.shows(60)
 
-    for query in ("", "/?session=s1&rod=R0100", "/?inspections"):
+    views = ("", "/?session=s1&rod=R0100", "/?session=s1&show=age,raw&at=2030-01-01T00:00:00.000Z", "/?inspections")
+    for query in views:
         desk.open(server, query)
-        desk.page.wait_for_load_state("networkidle") if "inspections" in query else desk.shows(60)
+        assert desk.says("#home", "Pond 3") if "inspections" in query else desk.shows(60)
         width, height = desk.page.evaluate(
             "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
         )
         assert (width, height) <= size, query
-        bars = "[...document.querySelectorAll('.topbar, .toolbar, .timebar, .side')]"
+        bars = "[...document.querySelectorAll('.topbar, .toolbar, .timebar, .side, .map-notes, .layer-legend, .robot')]"
         cut = f"{bars}.filter(e => e.scrollWidth > e.clientWidth).map(e => e.className)"
         assert desk.page.evaluate(cut) == [], query
 

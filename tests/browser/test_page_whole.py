@@ -32,7 +32,7 @@ class RealServer:
 
     def start(self) -> None:
         self._process = subprocess.Popen(self._command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        assert eventually(self._is_ready, 30), f"it did not get ready; its exit status is {self._process.poll()}"
+        assert eventually(self._is_ready, 90), f"it did not get ready; its exit status is {self._process.poll()}"
 
     def kill(self) -> None:
         self._process.send_signal(signal.SIGKILL)

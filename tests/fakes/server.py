@@ -98,6 +98,14 @@ def make_app(server: FakeServer) -> FastAPI:
     app = FastAPI(lifespan=life)
     app.include_router(live_router(hub))
 
+    @app.get("/api/handover")
+    def handover() -> Any:
+        return {"notes": [], "judgements": []}
+
+    @app.get("/healthz")
+    def alive() -> Any:
+        return {"status": "alive"}
+
     @app.get("/api/sessions")
     def sessions(q: str = "", before: str | None = None) -> Any:
         listed = [{**source.session, "revision": source.revision}] if server.listening else []
@@ -139,7 +147,7 @@ def make_app(server: FakeServer) -> FastAPI:
 
     @app.get("/api/sessions/s1/rods/{rod}")
     def rod(rod: str) -> Any:
-        poses = [_evidence(pose) for pose in source.changes("s1", None).poses if _shows(server, rod, pose)]
+        poses = [_evidence(pose) for pose in source.changes("s1", None).poses if shows(server, rod, pose)]
         return {"rod_id": rod, "method": "lattice", "views": len(poses), "snapshots": poses}
 
     @app.get("/api/sessions/s1/rods/{rod}/history")
@@ -184,7 +192,8 @@ def _rod_row(server: FakeServer, rod_id: str) -> dict[str, Any]:
     return next((row for row in rows if row["rod_id"] == rod_id), unread)
 
 
-def _shows(server: FakeServer, rod_id: str, pose: dict[str, Any]) -> bool:
+def shows(server: FakeServer, rod_id: str, pose: dict[str, Any]) -> bool:
+    """Whether the snapshot at a pose holds the whole rod."""
     assert server.movie
     rod = next(rod for rod in server.movie.pond.rods if rod.id == rod_id)
     return bool(abs(pose["x_m"] - rod.x_m) < 68 * SCALE_M and abs(pose["y_m"] - rod.y_m) < 43 * SCALE_M)
