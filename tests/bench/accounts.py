@@ -19,7 +19,7 @@ class Spent:
 
     def since(self, before: Spent) -> Spent:
         """What was spent in between."""
-        return Spent({k: v - before.by[k] for k, v in self.by.items()}, self.everybody - before.everybody)
+        return Spent({k: v - before.by.get(k, 0.0) for k, v in self.by.items()}, self.everybody - before.everybody)
 
     @property
     def others(self) -> float:

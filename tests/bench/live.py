@@ -6,6 +6,7 @@ Writes docs/live.md. The sender, the server and every viewer share this machine'
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import json
 import os
 import tempfile
@@ -15,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import httpx
 import numpy as np
 from playwright.async_api import Browser, Page, async_playwright
@@ -39,8 +41,9 @@ EXPLAINED = f"""\
 storing, committing, correcting, assembling, encoding, the websocket, decoding and drawing. *Stored* is the time
 to the answer 201; *told* to the arrival of the snapshot's pose in the browser. Live is {LIVE_HZ:.0f} snapshots a
 second; the backlog {BACKLOG:,} snapshots at {BACKLOG_HZ:.0f} a second. A rod's *verdict* counts from the start of
-the upload of the first snapshot that shows the whole rod. *The same picture* is when every viewer shows the mosaic
-with the same digest, after the last upload was acknowledged. Times in milliseconds unless they say otherwise.
+the upload of the first snapshot that shows the whole rod. *The same picture* is when every viewer shows the
+mosaic with the digest of the server's own, counted from the last acknowledgement. Times in milliseconds unless they
+say otherwise.
 
 Viewers are headless Chromium, drawing in software; they, the sender and the server share the cores. The sender's
 requests are made beforehand and written as they are. *Others* is processor time that programs took which have
@@ -215,6 +218,15 @@ async def _first_looks(url: str, session: str, sent: Sent, inspection: Any) -> d
     return {rod: float(began[views[:, j]].min()) for j, rod in enumerate(rods) if views[:, j].any()}
 
 
+async def _served(url: str, session: str) -> str:
+    """The digest of the server's own mosaic, as a page makes it of its own: SHA-256 of RGBA, row by row."""
+    async with httpx.AsyncClient(base_url=url, timeout=60) as client:
+        content = (await client.get(f"/api/sessions/{session}/mosaic.png")).content
+    pixels = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+    assert pixels is not None
+    return hashlib.sha256(cv2.cvtColor(pixels, cv2.COLOR_BGRA2RGBA).tobytes()).hexdigest()
+
+
 async def _facts(url: str, session: str) -> dict[str, Any]:
     async with httpx.AsyncClient(base_url=url, timeout=60) as client:
         found: dict[str, Any] = (await client.get(f"/api/sessions/{session}")).json()
@@ -233,8 +245,8 @@ async def _same_picture(url: str, session: str, pages: Sequence[Page], ended: fl
     while time.monotonic() - ended < PATIENCE_S:
         facts = await _facts(url, session)
         if not facts["counts"]["pending"]:
-            shown = await digests(pages)
-            if len(shown) == 1 and next(iter(shown))[0] >= facts["revision"]:
-                return time.monotonic() - ended
+            shown, seen_s = await digests(pages), time.monotonic() - ended
+            if len(shown) == 1 and shown == {(facts["revision"], await _served(url, session))}:
+                return seen_s
         await asyncio.sleep(0.25)
     return None

@@ -13,6 +13,7 @@ import io
 import os
 import pickle
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable, Sequence
@@ -23,7 +24,7 @@ from pondwatch.core.corrector import Deliberates
 
 _NICER = 4  # than its worker: what is shown now comes before what may be shown better
 _CHUNK = 1 << 20
-_PR_SET_PDEATHSIG = 1  # Linux
+_PR_SET_PDEATHSIG = 1
 
 
 class Thought(Protocol):
@@ -126,7 +127,8 @@ def _think(corrector: Deliberates, held: Sequence[object], sink: int) -> None:
 
 def _stand_alone(sink: int) -> None:
     """End with the worker, and keep open nothing by which others hear of the worker's end."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if sys.platform == "linux":  # elsewhere it outlives a worker that is killed, by the rest of its decision
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     os.closerange(3, sink)
     os.closerange(sink + 1, 1 << 20)
     os.nice(_NICER)
