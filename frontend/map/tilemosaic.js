@@ -63,6 +63,7 @@ export class TileMosaic extends EventTarget {
     const image = new Image();
     image.src = tileUrl(this.#session, this.#revision, tile);
     this.#waiting += 1;
+    this.dispatchEvent(new Event('waiting'));
     try {
       await image.decode();
       this.#tiles.set(name, image);

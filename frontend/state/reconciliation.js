@@ -13,6 +13,12 @@ export function outcomeOf(outcome) {
   return OUTCOMES.find((one) => one.outcome === outcome) ?? { outcome, word: outcome, mark: '' };
 }
 
+/** How many lines had an outcome, in words. @param {string} outcome @param {number} count */
+export function counted(outcome, count) {
+  const { word } = outcomeOf(outcome);
+  return `${count} ${outcome === 'disagree' && count !== 1 ? 'discrepancies' : word.toLowerCase()}`;
+}
+
 export class ReconcileOptions extends EventTarget {
   session = '';
   /** `latest`: the last one imported for the pond. */ inventory = 'latest';

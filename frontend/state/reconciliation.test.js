@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ReconcileOptions, faultsOf, shown } from './reconciliation.js';
+import { ReconcileOptions, counted, faultsOf, shown } from './reconciliation.js';
 
 test('the view is in the address, and comes back from it', () => {
   const options = Object.assign(new ReconcileOptions(), { session: 's', inventory: 'i', line: 7, only: new Set(['disagree', 'ambiguous']) });
@@ -23,4 +23,8 @@ test('a refusal is told line by line, whatever a field of the file holds', () =>
   });
   assert.deepEqual(faultsOf('line 2: x; and 30 more. Nothing was imported.', '2, 3, 4'), { faults: [{ line: 2, fault: 'x' }], rest: '30 more. Nothing was imported.' });
   assert.deepEqual(faultsOf('The server does not answer.'), { faults: [], rest: 'The server does not answer.' });
+});
+
+test('counts are said in words', () => {
+  assert.deepEqual([counted('disagree', 1), counted('disagree', 7), counted('not_observed', 2)], ['1 discrepancy', '7 discrepancies', '2 not observed']);
 });

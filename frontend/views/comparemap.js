@@ -65,7 +65,8 @@ export class CompareMap extends EventTarget {
   /** @param {SessionFacts} facts @returns {MapSide} */
   #side(facts) {
     const mosaic = new TileMosaic(facts.id, facts.revision, /** @type {Raster} */ (facts.raster));
-    mosaic.addEventListener('drawn', () => { this.repaint(); this.dispatchEvent(new Event('drawn')); });
+    mosaic.addEventListener('waiting', () => this.#label());
+    mosaic.addEventListener('drawn', () => { this.#label(); this.repaint(); this.dispatchEvent(new Event('drawn')); });
     return { facts, mosaic, rows: null };
   }
 
@@ -80,7 +81,7 @@ export class CompareMap extends EventTarget {
 
   /** The maps as the options want them. */
   update() {
-    const { mode, front, at } = this.#options;
+    const { mode, at } = this.#options;
     const two = mode === 'side';
     this.#right.hidden = !two;
     if (this.#sides && two && this.#maps.length < 2) {
@@ -88,11 +89,19 @@ export class CompareMap extends EventTarget {
     } else if (!two) this.#maps.splice(1).forEach((map) => map.dispose());
     this.#handle.hidden = mode !== 'swipe';
     this.#handle.style.left = `${at * 100}%`;
+    this.#label();
+    this.repaint();
+  }
+
+  /** What each map shows, and whether more of it is on its way: what lacks looks as if it was never seen. */
+  #label() {
+    const { mode, front, at } = this.#options;
     const shown = { side: 'Before', swipe: 'Before  ⇔  After', blink: front === 'base' ? 'Before' : 'After', opacity: `Before, and ${Math.round(at * 100)} % of after over it`,
       difference: 'Difference of the pictures: dark where they differ' }[mode];
-    setText(this.#labels.base, shown);
+    const more = (/** @type {SideName[]} */ ...of) => (of.some((side) => this.#sides?.[side].mosaic.waiting) ? '  loading…' : '');
+    setText(this.#labels.base, shown + (mode === 'side' ? more('base') : more('base', 'with')));
+    setText(this.#labels.with, `After${more('with')}`);
     this.#labels.base.classList.toggle('after', mode === 'blink' && front === 'with');
-    this.repaint();
   }
 
   repaint() { this.#maps.forEach((map) => map.repaint()); }

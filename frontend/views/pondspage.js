@@ -27,7 +27,7 @@ export class PondsPage {
       const ponds = await listPonds();
       const rows = ponds.map(({ id, name, rods, layout_version: version, inspections, last, created_at: at }) => [h('a', { href: `/?pond=${id}`, text: name }), format.count(rods), `version ${version}`, format.count(inspections), format.moment(at),
         last ? h('span', { class: 'more-links' }, h('a', { href: `/?session=${last}`, text: 'Last inspection' }), (inspections ?? 0) > 1 ? h('a', { href: `/?compare=last,${last}`, text: 'Compare it' }) : '') : '']);
-      this.#list.replaceChildren(rows.length ? tableOf(`${rows.length} ponds`, ['Pond', 'Rods', 'Layout', 'Inspections', 'Known since', ''], rows)
+      this.#list.replaceChildren(rows.length ? tableOf(rows.length === 1 ? '1 pond' : `${rows.length} ponds, the newest first`, ['Pond', 'Rods', 'Layout', 'Inspections', 'Known since', ''], rows)
         : h('p', { class: 'note', text: 'There is no pond yet. The first inspection makes one, or a layout above.' }));
     });
   }

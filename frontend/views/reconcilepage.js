@@ -5,7 +5,7 @@ import { getSession } from '../api/client.js';
 import { getPond, getRodHistory, reconcile, reconcileUrl } from '../api/ponds.js';
 import { format as addressOf } from '../state/address.js';
 import * as format from '../state/format.js';
-import { OUTCOMES, ReconcileOptions, outcomeOf, shown } from '../state/reconciliation.js';
+import { OUTCOMES, ReconcileOptions, counted, outcomeOf, shown } from '../state/reconciliation.js';
 import { isRunning } from '../state/robots.js';
 import { wordOf } from '../state/rods.js';
 import { evidenceOf } from './changedetail.js';
@@ -106,7 +106,7 @@ export class ReconcilePage {
     this.#counts.replaceChildren(...OUTCOMES.map(({ outcome, word, mark }) => h('button', { type: 'button', id: `only-${outcome}`, 'aria-pressed': String(this.options.only.has(outcome)),
       onClick: () => this.options.toggleOnly(outcome) }, h('span', { 'aria-hidden': 'true', text: mark }), ` ${word} ${answer.counts[outcome]}`)));
     if (focus?.startsWith('only-')) document.getElementById(focus)?.focus();
-    const parts = OUTCOMES.map(({ outcome, word }) => `${format.count(answer.counts[outcome])} ${word.toLowerCase()}`);
+    const parts = OUTCOMES.map(({ outcome }) => counted(outcome, answer.counts[outcome]));
     const other = answer.same_pond ? '' : ' This inventory is of ANOTHER POND.';
     setText(this.#sum, `${format.count(answer.total)} lines = ${parts.join(' + ')}.${other}`);
     this.#export.href = reconcileUrl(this.options.session, answer.inventory.id, { format: 'csv' });
@@ -140,7 +140,7 @@ export class ReconcilePage {
   #showUndeclared({ undeclared }) {
     this.#undeclared.hidden = !undeclared.length;
     const rows = undeclared.slice(0, MOST_ROWS).map(({ position, observed }) => [position, observed.state === 'unseen' ? 'not observed' : reading(observed)]);
-    this.#undeclared.replaceChildren(h('summary', { text: `${format.count(undeclared.length)} positions that no line names` }), tableOf('Positions that no line names', ['Position', 'Observed'], rows));
+    this.#undeclared.replaceChildren(h('summary', { text: undeclared.length === 1 ? '1 position that no line names' : `${format.count(undeclared.length)} positions that no line names` }), tableOf('Positions that no line names', ['Position', 'Observed'], rows));
   }
 
   /** @param {Reconciliation} answer */

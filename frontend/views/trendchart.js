@@ -19,7 +19,7 @@ export function trendChart(trend) {
   const svg = s('svg', { width, height: BAR.tall + BAR.foot + 4, role: 'img', 'aria-label': 'Rods by state, a bar an inspection; the table below says the same', class: 'pond-trend' }, hatch(), ...trend.map(bar));
   const scroll = h('div', { class: 'past-scroll', tabindex: '0', role: 'region', 'aria-label': 'Rods by state through time' }, svg);
   requestAnimationFrame(() => { scroll.scrollLeft = scroll.scrollWidth; });
-  const legend = STATES.map(({ state, word }) => `${LETTERS[state]} ${word.toLowerCase()}`).join(', ');
+  const legend = 'F full, P partial, E empty, hatched: not observed';
   const rows = trend.toReversed().map((one) => [h('a', { href: addressOf({ session: one.session }), text: one.name }), format.moment(one.at), ...STATES.map(({ state }) => String(one.counts[state])),
     String(one.conflicting), format.percent(one.mean_fill, 1), format.percent(one.coverage)]);
   const heads = ['Inspection', 'When', ...STATES.map(({ word }) => word), 'Conflicting', 'Mean fill', 'Coverage'];

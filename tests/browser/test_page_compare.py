@@ -218,18 +218,18 @@ def addresses(surveys: Surveys) -> dict[str, str]:
     return {surveys.pair("&mode=swipe&rod=R0007"): "", surveys.pair(): "d", refused: ""}
 
 
-def test_axe_finds_nothing_in_either_theme(desk: Desk, surveys: Surveys) -> None:
+@pytest.mark.parametrize("theme", ["dark", pytest.param("light", marks=pytest.mark.long)])
+def test_axe_finds_nothing(desk: Desk, surveys: Surveys, theme: str) -> None:
     for address, key in addresses(surveys).items():
         opened(desk, address)
         if key:
             desk.page.keyboard.press(key)
         desk.page.evaluate(AXE.read_text())
-        for theme in ("light", "dark"):
-            desk.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
-            assert faults(desk) == [], (address, theme)
+        desk.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+        assert faults(desk) == [], address
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", [pytest.param(SIZES[0], marks=pytest.mark.long), SIZES[1]])
 def test_nothing_overflows(make_desk: Callable[..., Desk], surveys: Surveys, size: tuple[int, int]) -> None:
     desk = opened(make_desk(*size), next(iter(addresses(surveys))))
 

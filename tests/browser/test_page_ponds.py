@@ -115,7 +115,7 @@ def test_an_inspection_is_corrected_again_and_the_verdicts_that_differ_are_told(
     assert (own, other) == ("identity", "graph")
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", [pytest.param(SIZES[0], marks=pytest.mark.long), SIZES[1]])
 def test_they_fit_and_axe_finds_nothing(make_desk: Callable[..., Desk], site: Site, size: tuple[int, int]) -> None:
     desk = make_desk(*size)
     theme = "dark" if size[0] < 1200 else "light"

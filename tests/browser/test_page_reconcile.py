@@ -85,7 +85,7 @@ def test_a_faulty_file_is_refused_line_by_line_and_a_good_one_is_reconciled(desk
     assert items(desk) == ["FA-1", "FA-2", "FA-3", "FA-0", "FA-4"]
     assert "empty" in desk.text("#reconciled tbody tr:first-child")
     assert "Discrepancy" in desk.text("#reconciled tbody tr:first-child")
-    assert desk.says("#undeclared", "1 positions that no line names")
+    assert desk.says("#undeclared", "1 position that no line names")
     refused = "Failed to load resource: the server responded with a status of 422"
     assert [line for line in desk.errors if refused not in line] == []
 
@@ -133,7 +133,7 @@ def test_the_keys_go_through_the_lines_and_the_address_brings_them_back(desk: De
     assert items(desk) == ["FA-1", "FA-2", "FA-3"]
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", [pytest.param(SIZES[0], marks=pytest.mark.long), SIZES[1]])
 def test_it_fits_and_axe_finds_nothing(make_desk: Callable[..., Desk], pool: Pool, size: tuple[int, int]) -> None:
     declare(pool)
     desk = make_desk(*size)
