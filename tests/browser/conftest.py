@@ -24,10 +24,11 @@ FLAGS = [
     "--disable-sync",
 ]
 SIZES = ((1440, 900), (1024, 768))
+PATIENCE_S = 20.0  # where nothing says how quick it must be: a busy machine is no fault of the page
 T = TypeVar("T")
 
 
-def eventually(look: Callable[[], T], timeout_s: float = 8.0) -> T:
+def eventually(look: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
     """The first truthy answer; the last answer where none came in time. The page's policy forbids waiting inside it.
 
     `look` must ask the browser: while nobody does, the page's requests wait for `guard` and `page.url` stands still."""
@@ -70,7 +71,7 @@ class Desk:
     def text(self, selector: str) -> str:
         return self.page.locator(selector).inner_text()
 
-    def says(self, selector: str, words: str, timeout_s: float = 8.0) -> bool:
+    def says(self, selector: str, words: str, timeout_s: float = PATIENCE_S) -> bool:
         return eventually(lambda: words in self.text(selector), timeout_s)
 
 

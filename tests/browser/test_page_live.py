@@ -2,7 +2,6 @@
 
 import hashlib
 import re
-import time
 from collections.abc import Callable
 
 import cv2
@@ -106,10 +105,8 @@ def test_a_killed_server_is_said_within_3_s_and_the_page_resumes_with_nothing_mi
         desk.open(server)
         assert desk.shows(server.advance(10))
         server.stop()
-        stopped = time.monotonic()
 
         assert desk.says("#link-state", "DISCONNECTED", 3.0)
-        assert time.monotonic() - stopped < 3.0
         assert desk.says(".banner", "DISCONNECTED")
         assert "old" in desk.text(".banner")
 
@@ -134,8 +131,10 @@ def test_a_link_that_is_open_but_dead_is_said_within_3_s(desk: Desk) -> None:
 def test_a_robot_that_falls_silent_is_shown(desk: Desk, server: FakeServer) -> None:
     assert server.movie
     server.advance(7)
-    pose = {**server.source.changes("s1", None).poses[0], "received_at": "2020-01-01T00:00:00.000Z"}
-    server.source.step(poses=[pose])
+    lost, heard = server.source.changes("s1", None).poses[:2]
+    lost |= {"received_at": "2020-01-01T00:00:00.000Z"}
+    heard |= {"received_at": "2200-01-01T00:00:00.000Z"}  # however long the page takes to load
+    server.source.step(poses=[lost, heard])
 
     desk.open(server)
 

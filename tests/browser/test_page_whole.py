@@ -4,7 +4,6 @@ import hashlib
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -97,9 +96,7 @@ def test_a_server_killed_amid_uploads_is_said_and_its_return_brings_everything(d
     assert holds_all(desk, server, session, 6)
 
     server.kill()
-    killed = time.monotonic()
     assert desk.says("#link-state", "DISCONNECTED", 3)
-    assert time.monotonic() - killed < 3
     server.start()
     server.send(session, range(6, 12))
 
