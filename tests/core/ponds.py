@@ -15,7 +15,7 @@ import numpy as np
 from pondwatch.core.evidence import Setting
 from pondwatch.core.pond import Layout
 from pondwatch.core.values import Bool, Camera, Float, Image, Inspection, Pond, PoseNoise, Rod, RodState, Snapshot
-from pondwatch.simulator.simulation import simulate
+from pondwatch.simulator.simulation import SimulatedSnapshot, simulate
 from pondwatch.simulator.spec import SimulationSpec
 
 METRES = 0.0005  # a pixel
@@ -130,11 +130,12 @@ class Inspected:
 def inspected(spec: SimulationSpec, seed: int) -> Inspected:
     """One inspection of the simulator's, decoded."""
     made = simulate(spec, seed)
-    snapshots = tuple(Snapshot(s.key, s.captured_s, s.pose_pond, _decoded(s.content)) for s in made.snapshots)
+    snapshots = tuple(map(decoded, made.snapshots))
     return Inspected(made.inspection, snapshots, made.truth_poses, made.truth_fills)
 
 
-def _decoded(content: bytes) -> Image:
-    image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR)
+def decoded(taken: SimulatedSnapshot) -> Snapshot:
+    """A simulated snapshot with its picture decoded."""
+    image = cv2.imdecode(np.frombuffer(taken.content, np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
-    return np.asarray(image, np.uint8)
+    return Snapshot(taken.key, taken.captured_s, taken.pose_pond, np.asarray(image, np.uint8))

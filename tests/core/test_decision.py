@@ -9,7 +9,17 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from pondwatch.core import states
-from pondwatch.core.decision import Table, Vocabulary, assemble, chains, tabulate, tie_errors, trust, turns_of
+from pondwatch.core.decision import (
+    Table,
+    Vocabulary,
+    assemble,
+    chains,
+    known_states,
+    tabulate,
+    tie_errors,
+    trust,
+    turns_of,
+)
 from pondwatch.core.evidence import gather
 from pondwatch.core.inference import Decision, Problem
 from pondwatch.core.noise import NoiseModel
@@ -161,3 +171,28 @@ def test_the_same_assignment_found_again_takes_no_trust_away():
     best = _decision([0, 2], [0.95, 0.05, 0.9, 0.1], 0.0)
 
     np.testing.assert_allclose(trust(_two_snapshots(), [best, best, best]), [0.95, 0.9])
+
+
+def test_looks_from_doubtful_places_count_as_much_as_these_are_likely():
+    """One snapshot: at 70 % it sees rod 0, at 20 % rod 1, at 10 % it lies at none of its places."""
+    look = np.array([[0.2, 1.8]])
+    problem = Problem(np.array([0, 3]), np.log([0.7, 0.2, 0.1]), np.array([0, 1]), np.array([0, 1]), np.array([0, 0]),
+                      look, np.array([0.5, 0.5]), 3)  # fmt: skip
+    decision = Decision(np.array([0]), np.array([0.9, 0.06, 0.04]), np.zeros((3, 2)), 0.0)
+
+    known = known_states(problem, decision, np.array([0.7]))
+
+    told = [0.7 * look[0] + 0.3, 0.18 * look[0] + 0.82]  # what is left of 0.3 goes three to two
+    expected = [t / t.sum() for t in told] + [[0.5, 0.5]]
+    np.testing.assert_allclose(known, expected)
+
+
+def test_where_every_place_is_sure_what_is_known_is_what_was_decided():
+    look = np.array([[0.2, 1.8], [0.5, 1.5]])
+    problem = Problem(np.array([0, 1, 2]), np.zeros(2), np.array([0, 1]), np.array([0, 0]), np.array([0, 1]), look,
+                      np.array([0.5, 0.5]), 1)  # fmt: skip
+    decision = Decision(np.array([0, 1]), np.ones(2), np.zeros((1, 2)), 0.0)
+
+    known = known_states(problem, decision, np.ones(2))
+
+    np.testing.assert_allclose(known, [[0.2 * 0.5, 1.8 * 1.5] / np.array(0.2 * 0.5 + 1.8 * 1.5)])

@@ -14,8 +14,9 @@ import pytest
 from pondwatch.core.errors import InvalidLayout
 from pondwatch.core.lattice import LatticeCorrector
 from pondwatch.core.values import Pond, RodState, Snapshot, SnapshotKey, Status
+from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
-from tests.core.ponds import GROSS_PX, inspected
+from tests.core.ponds import GROSS_PX, decoded, inspected
 
 SEED = 4
 PLAIN = SimulationSpec(snapshots=60)
@@ -241,6 +242,17 @@ def test_where_all_rods_are_empty_little_is_called_placed_and_that_is_right():
     assert all(r.state is RodState.EMPTY for r in read)
     assert len(read) >= 0.95 * len(rods)
     assert np.median([r.confidence for r in read]) > 0.9  # most were in view wherever the doubtful snapshots lie
+
+
+def test_of_the_first_snapshots_over_a_large_pond_none_is_called_placed_where_it_is_not():
+    made = Simulation(SimulationSpec(margin_px=48.0, noise_pitch=0.64, noise_theta_rad=0.15), 615)
+    corrector = LatticeCorrector(made.inspection)
+    corrector.add([decoded(made.snapshot(n)) for n in range(12)])
+    poses = [corrector.poses()[made.snapshot(n).key] for n in range(12)]
+    error_m = np.hypot(*(np.array([p.pose_pond for p in poses]) - made.truth_poses[:12])[:, :2].T)
+    right = error_m < GROSS_PX * made.inspection.camera.metres_per_pixel
+    assert right[[p.status is Status.PLACED for p in poses]].all()
+    assert right.sum() >= 5
 
 
 def test_an_inspection_without_snapshots_settles_to_nothing():

@@ -17,7 +17,7 @@ from .mouths import log_odds_hollow, look_into
 from .noise import NoiseModel
 from .values import Bool, Float, Int
 
-NONE_NATS = -9.0  # log prior of lying at no place that was proposed
+NONE_NATS = -9.0  # log prior of lying at no place that was proposed, at least
 HEADING_CLASS_RAD = 0.05  # places whose headings are this near share the likelihood of their looks
 JUDGES = 48  # snapshots that hollow and filled rods are told apart by
 EVEN = 0.35  # a rod whose sectors differ by less from one level is of that level
@@ -132,12 +132,21 @@ def tabulate(e: Evidence, vocabulary: Vocabulary, noise: NoiseModel, setting: Se
         look.append(offset + e.site[h, k])
         offset += len(e.sites_px)
     return Table(
-        np.append(prior, NONE_NATS),
+        np.append(prior, _none_nats(e, noise)),
         _joined(hypothesis),
         _joined(rod),
         _joined(look),
         np.concatenate(values) if values else np.zeros((0, len(vocabulary.prior))),
     )
+
+
+def _none_nats(e: Evidence, noise: NoiseModel) -> float:
+    """Log prior of lying at no place that was proposed: a gross error, and then whatever its rods show is as likely as
+    not; rods that no place explains speak for none as little as for any. Once looked for in the whole pond a snapshot
+    hardly lies elsewhere."""
+    if e.far.any() or not len(e.places):
+        return NONE_NATS
+    return float(max(NONE_NATS, np.log(noise.gross) + e.places.geometry.max()))
 
 
 def _areas(setting: Setting) -> tuple[float, float]:
@@ -228,3 +237,31 @@ def trust(problem: Problem, decisions: Sequence[Decision]) -> Float:
         other += w * (d.choice != best.choice)
         total += float(w)
     return np.asarray(own * (1 - other / total))
+
+
+def known_states(problem: Problem, decision: Decision, sure: Float) -> Float:
+    """(R, K): what is known of every rod's state, each snapshot's looks from all its places, as likely as these are.
+
+    `Decision.states` takes the places chosen for granted. A new snapshot must not: held against looks that lie
+    elsewhere it would agree with them at the wrong place, and be sure of it.
+
+    Args:
+        sure: (N,), probability of the chosen places; the others of a snapshot share what is left.
+    """
+    owner = problem.owner
+    chosen = np.zeros(len(owner), dtype=bool)
+    chosen[decision.choice] = True
+    others = np.where(chosen, 0.0, decision.belief)
+    rest = np.add.reduceat(others, problem.start[:-1])
+    share = np.where(chosen, sure[owner], others * ((1 - sure) / np.maximum(rest, 1e-12))[owner])
+    weight = share[problem.edge_hypothesis]
+    pairs, pair = np.unique(owner[problem.edge_hypothesis] * problem.rods + problem.edge_rod, return_inverse=True)
+    count, kinds = len(pairs), len(problem.state_prior)
+    told = np.stack(
+        [np.bincount(pair, weight * problem.look[problem.edge_look, k], count) for k in range(kinds)], axis=1
+    )
+    told += np.maximum(1 - np.bincount(pair, weight, count), 0.0)[:, None]
+    log_state = np.tile(np.log(problem.state_prior), (problem.rods, 1))
+    np.add.at(log_state, pairs % problem.rods, np.log(np.maximum(told, 1e-300)))
+    state = np.exp(log_state - log_state.max(axis=1, keepdims=True))
+    return np.asarray(state / state.sum(axis=1, keepdims=True))

@@ -25,6 +25,7 @@ LIVE_WORK = 900  # snapshots times restarts, while uploads go on
 NOISE_ROUNDS = 3
 LOST_NATS = -4.0  # a place that is contradicted by this much may be none
 FAR_NATS = -6.0  # log prior of a place, below which the noisy pose may be a gross error
+OFTEN, CONVINCING = 0.03, 0.9995  # share of gross errors, from which every place under this probability may be none
 FAR_PLACES = 24  # kept when a snapshot is looked for in the whole pond
 
 
@@ -43,6 +44,10 @@ class Joint:
         """The pose of the place decided for snapshot i; None for none of its places."""
         at = int(self.decision.choice[i] - self.problem.start[i])
         return e.places.poses[at] if at < len(e.places) else None
+
+    def known(self) -> Float:
+        """(R, K): what is known of every rod's state, doubtful places counted as such."""
+        return dec.known_states(self.problem, self.decision, self.trust)
 
     def belief(self, i: int) -> Float:
         """(H + 1,): the marginal of each place of snapshot i, the last for none."""
@@ -66,17 +71,18 @@ class Solver:
         noise = before.noise if before else self._stated
         first, second = dec.chains(evidence)
         restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
-        joint = self._decide(evidence, noise, restarts if noise is not self._stated else 2, first, second)
-        for _ in range(1 if live and noise is not self._stated else NOISE_ROUNDS):
+        thorough = before is not None
+        joint = self._decide(evidence, noise, restarts if thorough else 2, first, second)
+        for _ in range(1 if live and thorough else NOISE_ROUNDS):
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
             )
             learned = noise.learned(errors, joint.trust, first, second, _spread(evidence, joint))
             evidence, widened = self._look_further(evidence, joint, learned)
             settled = _similar(noise, learned) and not widened
-            if settled and (live or noise is not self._stated):
+            if settled and thorough:
                 break
-            noise = learned
+            noise, thorough = learned, True  # what was found by two runs is never the last word
             joint = self._decide(evidence, noise, restarts, first, second)
             if settled:
                 break
@@ -103,17 +109,18 @@ class Solver:
         state = joint.decision.states
         out, widened = [], False
         for i, e in enumerate(evidence):
-            if not e.far.any() and self._lost(e, i, joint):
+            if not e.far.any() and self._lost(e, i, joint, noise):
                 e = self._widened(e, joint, noise, state)
                 widened = widened or bool(e.far.any())
             out.append(e)
         return out, widened
 
-    def _lost(self, e: Evidence, i: int, joint: Joint) -> bool:
-        """Whether a place is none, far from the noisy pose, or contradicted by what others say of its rods."""
+    def _lost(self, e: Evidence, i: int, joint: Joint, noise: NoiseModel) -> bool:
+        """Whether a place is none, doubtful where poses are often grossly wrong, far from the noisy pose, or
+        contradicted by what others say of its rods."""
         choice, problem = int(joint.decision.choice[i]), joint.problem
         at = choice - int(problem.start[i])
-        if at >= len(e.places):
+        if at >= len(e.places) or (noise.gross > OFTEN and joint.trust[i] < CONVINCING):
             return True
         nearest = float(problem.log_prior[problem.start[i] : problem.start[i + 1] - 1].max())
         if problem.log_prior[choice] - e.places.geometry[at] < min(FAR_NATS, nearest):

@@ -119,7 +119,7 @@ class LatticeCorrector:
         self._evidence.update({e.snapshot.key: e for e in d.evidence})
         self._joint, self._decided, self._doubtful = d.joint, len(d.evidence), 0
         self._profile, self._taught, self._kinds, self._typical = d.profile, d.taught, d.kinds.copy(), d.typical
-        self._log_state = np.log(np.maximum(d.joint.decision.states, 1e-30))
+        self._log_state = np.log(np.maximum(d.joint.known(), 1e-30))
         words = d.joint.vocabulary
         self._book.read_by(words.palette, words.full_prior())
         return self._publish([*d.placed, *(self._decide_one(e, d.joint) for e in later)])
