@@ -1,8 +1,7 @@
 """Ponds that are simulated, corrected and scored in this process, and what was found kept in a file, line by line.
 
-For benches of hundreds of ponds: no picture touches a disk and no mosaic is assembled. A file of records is named
-after the code that made them (core and simulator), so that a bench that was cut off goes on, and one whose code
-changed begins anew.
+For benches of hundreds of ponds: no picture touches a disk and no mosaic is assembled. A bench that was cut off goes on
+where it was, and one whose code (core and simulator) changed begins anew.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from .pages import ROOT
 from .score import GROSS_PX, Figures, Result, Truth, error_px, identity, read_truth, score
 
 KEPT = ROOT / "build" / "bench"
+CORE, SIMULATOR = (ROOT / "backend" / "pondwatch" / room for room in ("core", "simulator"))
 BOUNDS = 16  # snapshots of a pond whose Cramér-Rao bound is worked out
 Record = dict[str, Any]
 
@@ -118,11 +118,11 @@ def jumps(truth: Truth, result: Result, pitch_px: float) -> Figures:
 
 
 class Kept:
-    """Records of a bench, each appended as it is made."""
+    """Records of a bench, each appended as it is made; in a file named after the code that they depend on."""
 
-    def __init__(self, bench: str, folder: Path = KEPT) -> None:
+    def __init__(self, bench: str, folder: Path = KEPT, code: Sequence[Path] = (CORE, SIMULATOR)) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        self.path = folder / f"{bench}-{code_digest()[:12]}.jsonl"
+        self.path = folder / f"{bench}-{code_digest(code)[:12]}.jsonl"
 
     def records(self) -> list[Record]:
         """All that are there; a last line that was cut off is not one."""
@@ -135,18 +135,12 @@ class Kept:
             file.write(json.dumps(record) + "\n")
 
 
-def code_digest() -> str:
-    """SHA-256 of the code that a record depends on."""
+def code_digest(folders: Sequence[Path]) -> str:
+    """SHA-256 of the Python files in some folders."""
     digest = hashlib.sha256()
-    for path in sources():
+    for path in (path for folder in folders for path in sorted(folder.glob("*.py"))):
         digest.update(path.read_bytes())
     return digest.hexdigest()
-
-
-def sources() -> Iterator[Path]:
-    """The files of core and of the simulator, sorted."""
-    for room in ("core", "simulator"):
-        yield from sorted((ROOT / "backend" / "pondwatch" / room).glob("*.py"))
 
 
 def pooled(records: Sequence[Record], share: float) -> float | None:

@@ -160,6 +160,8 @@ def _honesty(truth: Truth, poses: Float, result: Result, placed: Bool) -> Figure
 def _aligned(truth: Truth, poses: Float, placed: Bool) -> Figures:
     """After one best rigid motion of all, fitted again on what the last fit leaves close: for ponds without a layout,
     whose frame only the noisy poses know."""
+    if not placed.any():
+        return {"median_px_aligned": None, "gross_aligned": None}
     a, b = poses[:, :2], truth.poses[placed, :2]
     keep = np.ones(len(a), bool)
     left_px = np.full(len(a), np.nan)

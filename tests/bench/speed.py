@@ -13,6 +13,7 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +29,7 @@ from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 
 from .pages import number, table, write_page
+from .ponds import Kept, Record
 from .simulated import simulated_bundles
 
 SIZES = (221, 1000, 5000)
@@ -40,16 +42,30 @@ s for 221 snapshots; the aim is 1 s). *Settle* decides all snapshots of a simula
 what the corrector then takes for one more snapshot ({ADDED} times), decoded and without assembling; asked is a 95th
 percentile of 50 ms at 221 held and at most twice that of 221 at 5,000. *State* is what the corrector holds between
 two snapshots, pickled, the pictures among it; *peak* is the process's memory at most, the simulator's floor with it.
-Times are CPU times: what else the machine did does not count. One core."""
+Times are CPU times of one core: what else the machine did counts as far only as it shared caches and cores."""
 
 
 def run(bundles: Path | None, method: str, quick: bool = False) -> None:
-    """Measure and write down."""
+    """Measure what is not yet there, and write down."""
+    kept = Kept("speed")
+    for size in SIZES:
+        there = any((r.get("size"), r["method"]) == (size, method) for r in kept.records())
+        if not there and (size <= QUICK or not quick):
+            kept.add({"size": size, "method": method, **_in_a_process(size, method)})
     with TemporaryDirectory() as folder:
         found = sorted(p.parent for p in bundles.glob("*/session.json")) if bundles else []
         found += simulated_bundles(Path(folder), ("simulated", "simulated-large"))
-        whole = [_whole(bundle, method) for bundle in found]
-    grown = [_in_a_process(size, method) for size in SIZES if not quick or size <= QUICK]
+        for bundle in found:
+            if not any((r.get("session"), r["method"]) == (bundle.name, method) for r in kept.records()):
+                kept.add({"session": bundle.name, "method": method, **_whole(bundle, method)})
+    write([r for r in kept.records() if r["method"] == method])
+
+
+def write(records: Sequence[Record]) -> None:
+    """The page, of what is there."""
+    whole = [(r["session"], str(r["snapshots"]), number(r["seconds"])) for r in records if "session" in r]
+    names = ("median_ms", "p95_ms", "slowest_ms", "settle_s", "state_mb", "state_kb_each", "peak_mb")
+    grown = [(str(r["size"]), *(number(r[name]) for name in names)) for r in records if "size" in r]
     head = ("session", "snapshots", "corrected whole, s")
     more = (
         "snapshots held",
@@ -61,24 +77,28 @@ def run(bundles: Path | None, method: str, quick: bool = False) -> None:
         "a snapshot, kB",
         "peak, MB",
     )
-    parts = [EXPLAINED, "## A whole session", table(head, whole), "## One more snapshot", table(more, grown)]
+    parts = [EXPLAINED, _busy(), "## A whole session", table(head, whole), "## One more snapshot", table(more, grown)]
     page = write_page("speed.md", "How fast it is", parts)
     print(f"{table(head, whole)}\n{table(more, grown)}\nwritten to {page}")
 
 
-def _whole(bundle: Path, method: str) -> tuple[str, ...]:
+def _busy() -> str:
+    """How many processes shared the machine: with many of them CPU times grow too, up to threefold where seen."""
+    return f"Processes that wanted to run at the end of this: {os.getloadavg()[2]:.1f} (mean of 15 minutes)."
+
+
+def _whole(bundle: Path, method: str) -> Record:
     with Bundle(bundle) as opened:
         started = time.process_time()
         correct_bundle(opened, method)
-        return bundle.name, str(len(opened.rows)), number(time.process_time() - started)
+        return {"snapshots": len(opened.rows), "seconds": time.process_time() - started}
 
 
-def _in_a_process(size: int, method: str) -> tuple[str, ...]:
+def _in_a_process(size: int, method: str) -> Record:
     command = [sys.executable, "-m", "tests.bench.speed", str(size), method]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    told = json.loads(subprocess.run(command, check=True, env=environment, capture_output=True, text=True).stdout)
-    names = ("median_ms", "p95_ms", "slowest_ms", "settle_s", "state_mb", "state_kb_each", "peak_mb")
-    return str(size), *(number(told[name]) for name in names)
+    told: Record = json.loads(subprocess.run(command, check=True, env=environment, stdout=subprocess.PIPE).stdout)
+    return told
 
 
 def grow(size: int, method: str, added: int = ADDED) -> dict[str, float]:

@@ -78,6 +78,16 @@ def test_a_snapshot_without_a_pose_counts_with_its_noisy_one(bundle: Path, tmp_p
     assert figures["median_px"] == pytest.approx(25.0)
 
 
+def test_of_a_correction_that_places_nothing_no_alignment_is_told(bundle: Path, tmp_path: Path) -> None:
+    (tmp_path / "poses.csv").write_text(RESULT + "0,a,0,,,,,,rejected\n1,a,0,,,,,,rejected\n")
+    truth = read_truth(bundle)
+
+    figures = score(truth, read_result(tmp_path, truth))
+
+    assert (figures["median_px_aligned"], figures["gross_aligned"]) == (None, None)
+    assert (figures["placed"], figures["gross"]) == (0.0, 0.5)
+
+
 @pytest.mark.parametrize("name", ["plain", "unmapped"])
 def test_it_agrees_with_the_reference_scorer(name: str, tmp_path: Path) -> None:
     if not (SHARED / "score.py").exists():
