@@ -117,6 +117,24 @@ def test_a_pond_of_hollow_rods_has_one_level_and_it_is_empty():
     np.testing.assert_allclose(palette.share(codes.ratio), 0, atol=0.25)
 
 
+def test_before_anything_was_looked_at_it_is_open_which_level_is_which():
+    palette = learn_palette(np.zeros((0, 3)))
+
+    assert palette.taught == 0
+    assert palette.certainty == 0.5
+
+
+@pytest.mark.parametrize("levels", ["dark filling", "bright filling"])
+def test_a_rod_unlike_all_rods_seen_so_far_is_strange_whichever_way_it_differs(levels):
+    palette = learn_palette(_read(LEVELS[levels], np.zeros(6)).ratio.reshape(-1, 3))
+
+    strange = palette.strange(_read(LEVELS[levels], np.array([0.0, 1.0, 0.0, 1.0, 0.0, 1.0])).ratio)
+
+    assert strange[::2].max() < 0.05
+    assert strange[1::2].min() > 0.9
+    assert palette.taught == 6
+
+
 @pytest.mark.parametrize("levels", ["dark filling", "bright filling"])
 def test_a_pond_of_filled_rods_has_one_level_and_it_is_full(levels):
     codes = _read(LEVELS[levels], np.ones(6))

@@ -196,3 +196,14 @@ def test_where_every_place_is_sure_what_is_known_is_what_was_decided():
     known = known_states(problem, decision, np.ones(2))
 
     np.testing.assert_allclose(known, [[0.2 * 0.5, 1.8 * 1.5] / np.array(0.2 * 0.5 + 1.8 * 1.5)])
+
+
+def test_where_no_place_sees_a_rod_nothing_is_known_of_any():
+    nowhere = np.zeros(0, dtype=np.int64)
+    problem = Problem(np.array([0, 2]), np.zeros(2), nowhere, nowhere, nowhere, np.zeros((0, 2)),
+                      np.array([0.3, 0.7]), 2)  # fmt: skip
+    decision = Decision(np.array([0]), np.array([0.9, 0.1]), np.zeros((2, 2)), 0.0)
+
+    known = known_states(problem, decision, np.array([0.9]))
+
+    np.testing.assert_allclose(known, [[0.3, 0.7], [0.3, 0.7]])

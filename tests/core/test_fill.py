@@ -168,3 +168,20 @@ def test_a_rod_is_wholly_in_view_where_its_outer_circle_lies_inside_the_pictures
     inside = wholly_in_view(centres, 10.0, 160, 110)
 
     assert inside.tolist() == [True, False, True, False, True, True, False, False]
+
+
+def _unlike(taught):
+    looks = Looks(np.zeros(2, dtype=np.int64), np.zeros((2, SECTORS)), np.ones(2), np.array([0.9, 1.0]))
+    (reading,) = read_rods(("R0",), looks, taught=taught)
+    return reading
+
+
+def test_a_rod_that_shows_no_level_known_is_not_read_while_few_rods_taught_the_levels():
+    assert _unlike(taught=5).state is RodState.UNSEEN
+
+
+def test_a_rod_that_shows_no_level_known_conflicts_where_many_rods_taught_the_levels():
+    reading = _unlike(taught=200)
+
+    assert reading.conflicting
+    assert reading.confidence <= 0.5

@@ -24,6 +24,7 @@ LEAST_STEP = 0.12  # log ratio between hollow and filled, under which there is o
 LEAST_SEPARATION = 4.5  # between the clusters, in their own spreads
 DISCRIMINANT_ROUNDS, LEAST_WITHIN = 4, 0.02  # log ratio
 LIKENESS_NATS = 1.0  # log odds that of two clusters the one more like the annulus is the hollow one
+LEVEL_REACH, LEVEL_SPREADS = 0.2, 4.0  # log ratio, and typical distances, from the one level, over which it is another
 UNLIKE, UNLIKE_NATS = 0.34, 2.0  # log ratio from which one cluster alone is rather filled, and log odds for e times it
 DIPPED_SEPARATION, DIP = 3.0, 0.5  # enough, where between them lies a dip this deep, as a share of the lesser peak
 
@@ -46,6 +47,8 @@ class Palette:
     """The line in colour space from hollow to filled. axis: (3,), unit. hollow, filled: positions on it.
     spread: noise of one sector, as a share of the way. only: the position of the one level in the data; None where
     both were seen. nats: log odds that hollow and filled are not taken for one another, by what was looked at so far.
+    centre: (3,), log ratio, of the one level, and reach how far from it a sector still shows it; None with two levels.
+    taught: rods wholly in view that it was learned from.
     """
 
     axis: Float
@@ -54,6 +57,9 @@ class Palette:
     spread: float
     only: float | None
     nats: float = 0.0
+    centre: Float | None = None
+    reach: float = LEVEL_REACH
+    taught: int = 0
 
     @property
     def two_levels(self) -> bool:
@@ -68,6 +74,13 @@ class Palette:
     def share(self, ratio: Float) -> Float:
         """(..., 3) log ratios to (...) shares of the way from hollow, 0, to filled, 1."""
         return np.asarray((ratio @ self.axis - self.hollow) / (self.filled - self.hollow))
+
+    def strange(self, ratio: Float) -> Float:
+        """(..., SECTORS, 3) log ratios to (...): the share of sectors that show no level seen so far. Where one level
+        was seen alone, what differs from it lies in a direction that nobody knows yet."""
+        if self.centre is None:
+            return np.zeros(np.shape(ratio)[:-2])
+        return np.asarray((np.linalg.norm(ratio - self.centre, axis=-1) > self.reach).mean(axis=-1))
 
     def judged(self, nats: float) -> Palette:
         """With further log odds for it; the other way round where they and its own come to less than none."""
@@ -127,15 +140,17 @@ def learn_palette(ratio: Float) -> Palette:
     One cluster only: it is hollow where it looks like the annulus, filled where it does not; the other level is
     then a guess, and `two_levels` says so.
     """
-    if len(ratio) < SECTORS:
-        return _one_level(np.zeros(3))
+    taught = len(ratio) // SECTORS
+    if not taught:
+        return replace(_one_level(np.zeros(3)), nats=0.0)  # nothing was looked at
     centre = np.median(ratio, axis=0)
     starts = np.linalg.svd(ratio - centre, full_matrices=False)[2]
     axis, (low, high, spread, two) = max((_parted(ratio, a) for a in starts), key=_how_well)
     if not two:
-        return _one_level(centre)
+        typical = float(np.median(np.linalg.norm(ratio - centre, axis=1)))
+        return replace(_one_level(centre), reach=max(LEVEL_REACH, LEVEL_SPREADS * typical), taught=taught)
     hollow, filled = (low, high) if _lower_is_hollow(ratio, axis, low, high) else (high, low)
-    return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), None, LIKENESS_NATS)
+    return Palette(axis, hollow, filled, max(0.02, spread / (high - low)), None, LIKENESS_NATS, taught=taught)
 
 
 def _parted(ratio: Float, axis: Float) -> _Parting:
@@ -216,5 +231,5 @@ def _one_level(centre: Float) -> Palette:
     dark = np.full(3, -1 / np.sqrt(3))
     if nats >= 0:
         level = float(centre @ dark)
-        return Palette(dark, level, level + 1.0, 0.15, level, nats)
-    return Palette(centre / distance, 0.0, distance, 0.15, distance, -nats)
+        return Palette(dark, level, level + 1.0, 0.15, level, nats, centre)
+    return Palette(centre / distance, 0.0, distance, 0.15, distance, -nats, centre)

@@ -257,10 +257,9 @@ def known_states(problem: Problem, decision: Decision, sure: Float) -> Float:
     weight = share[problem.edge_hypothesis]
     pairs, pair = np.unique(owner[problem.edge_hypothesis] * problem.rods + problem.edge_rod, return_inverse=True)
     count, kinds = len(pairs), len(problem.state_prior)
-    told = np.stack(
-        [np.bincount(pair, weight * problem.look[problem.edge_look, k], count) for k in range(kinds)], axis=1
-    )
-    told += np.maximum(1 - np.bincount(pair, weight, count), 0.0)[:, None]
+    told = np.repeat(np.maximum(1.0 - np.bincount(pair, weight, count), 0.0)[:, None], kinds, axis=1)
+    for k in range(kinds):
+        told[:, k] += np.bincount(pair, weight * problem.look[problem.edge_look, k], count)
     log_state = np.tile(np.log(problem.state_prior), (problem.rods, 1))
     np.add.at(log_state, pairs % problem.rods, np.log(np.maximum(told, 1e-300)))
     state = np.exp(log_state - log_state.max(axis=1, keepdims=True))

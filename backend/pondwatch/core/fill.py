@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,16 +16,20 @@ SECTOR_CAP = 4.0  # nats that one sector can cost a state
 SEEN_ABOVE = 0.5  # probability that a rod was in view at all, under which it is not observed
 LEAST_SEEN, SAME_ANYWHERE = 0.1, 0.95  # a rod less likely in view, where its state is this probable, seen or not
 CONFLICT_SPREAD = 0.25  # of single looks about their median
+STRANGE = 0.15  # share of a rod's sectors that show no known level, from which it is not like the others
+ENOUGH_TAUGHT = 30  # rods that the levels were learned from; with fewer a strange rod is not read
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
     """L looks at rods. rod: (L,). share: (L, SECTORS), pond orientation, 0 hollow to 1 filled. trust: (L,),
-    probability that the snapshot lies where it was placed."""
+    probability that the snapshot lies where it was placed. strange: (L,), share of sectors that show no level known in
+    the session; none where not given."""
 
     rod: Int
     share: Float
     trust: Float
+    strange: Float | None = None
 
 
 def to_pond(share: Float, theta_rad: Float) -> Float:
@@ -43,7 +47,7 @@ def to_pond(share: Float, theta_rad: Float) -> Float:
 
 
 def read_rods(
-    ids: tuple[str, ...], looks: Looks, prior: Float | None = None, certainty: float = 1.0
+    ids: tuple[str, ...], looks: Looks, prior: Float | None = None, certainty: float = 1.0, taught: int = ENOUGH_TAUGHT
 ) -> tuple[RodReading, ...]:
     """The reading of every rod; those without a look, or whose looks are more likely than not of other rods, are
     `unseen`, but where nearly all rods of the pond hold the same: then it is read, with no more confidence than that it
@@ -56,6 +60,8 @@ def read_rods(
     Args:
         prior: (states.COUNT,), how frequent each state is in this session; even where not given.
         certainty: the probability that hollow and filled are not taken for one another in this session.
+        taught: rods that these levels were learned from. A rod that shows neither is not read while they are few, and
+            conflicting where they are many.
     """
     n = len(ids)
     if not len(looks.rod):
@@ -74,6 +80,9 @@ def read_rods(
     chance = np.exp(votes - votes.max(axis=1, keepdims=True))
     chance /= chance.sum(axis=1, keepdims=True)
     readable = (seen >= SEEN_ABOVE) | ((seen >= LEAST_SEEN) & (_anyhow(chance, seen, prior) > SAME_ANYWHERE))
+    strange = _strange(looks, n)
+    if taught < ENOUGH_TAUGHT:
+        readable &= ~strange
     readings = []
     for j in range(n):
         mine = order[start[j] : start[j + 1]]
@@ -83,8 +92,18 @@ def read_rods(
         if not readable[j]:
             readings.append(_unseen(ids[j]))
         else:
-            readings.append(_reading(ids[j], looks.share[mine], chance[j], templates, trust, max(1, int(views[j]))))
+            read = _reading(ids[j], looks.share[mine], chance[j], templates, trust, max(1, int(views[j])))
+            odd = bool(strange[j]) and not read.conflicting
+            readings.append(replace(read, confidence=read.confidence / 2, conflicting=True) if odd else read)
     return tuple(readings)
+
+
+def _strange(looks: Looks, n: int) -> Bool:
+    """(R,): rods that show no level known in the session, in the mean of their looks."""
+    if looks.strange is None:
+        return np.zeros(n, dtype=bool)
+    weight = np.bincount(looks.rod, looks.trust, n)
+    return np.asarray(np.bincount(looks.rod, looks.trust * looks.strange, n) > STRANGE * np.maximum(weight, 1e-9))
 
 
 def _anyhow(chance: Float, seen: Float, prior: Float) -> Float:

@@ -7,6 +7,7 @@ from collections import Counter, deque
 import numpy as np
 
 from .codes import Palette
+from .fill import ENOUGH_TAUGHT
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .values import Camera, CorrectedPose, Quality, Status
 
@@ -70,7 +71,7 @@ def _sentence(total: int, uncertain: int, sigma_px: float, noise: NoiseModel) ->
 
 def _alike(palette: Palette | None) -> str:
     """What to know of a pond with one kind of rod; nothing of others."""
-    if palette is None or palette.only is None:
+    if palette is None or palette.only is None or palette.taught < ENOUGH_TAUGHT:
         return ""
     kind = "empty" if palette.only == palette.hollow else "full"
     return f" All rods look alike and are read as {kind} (certain to {100 * palette.certainty:.0f} %)."

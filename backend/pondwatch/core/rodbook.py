@@ -62,7 +62,8 @@ class RodBook:
         self._touched.clear()
         if not rods or self._palette is None:
             return ()
-        fresh = read_rods(tuple(self._ids[r] for r in rods), self._looks(rods), self._prior, self._palette.certainty)
+        ids, by = tuple(self._ids[r] for r in rods), self._palette
+        fresh = read_rods(ids, self._looks(rods), self._prior, by.certainty, by.taught)
         pairs = [(r, reading) for r, reading in zip(rods, fresh, strict=True) if reading != self._readings[r]]
         for rod, reading in pairs:
             self._readings[rod] = reading
@@ -78,7 +79,8 @@ class RodBook:
         ]
         if not rows:
             return Looks(np.zeros(0, np.int64), np.zeros((0, 0)), np.zeros(0))
-        share = self._palette.share(np.array([e.ratio[i] for _, e, i in rows]))
+        ratio = np.array([e.ratio[i] for _, e, i in rows])
         theta = np.array([e.theta_rad for _, e, _ in rows])
         number = np.array([n for n, _, _ in rows], dtype=np.int64)
-        return Looks(number, to_pond(share, theta), np.array([e.trust for _, e, _ in rows]))
+        trust = np.array([e.trust for _, e, _ in rows])
+        return Looks(number, to_pond(self._palette.share(ratio), theta), trust, self._palette.strange(ratio))
