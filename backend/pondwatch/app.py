@@ -23,6 +23,7 @@ from .api import (
     compare,
     corrections,
     exports,
+    findings,
     health,
     jobs,
     people,
@@ -148,7 +149,9 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         redoc_url=None,
         openapi_url="/api/openapi.json",
     )
-    resources = (sessions, snapshots, results, people, corrections, exports, alarms, jobs, compare, ponds, health)
+    resources = (
+        sessions, snapshots, results, findings, people, corrections, exports, alarms, jobs, compare, ponds, health,
+    )  # fmt: skip
     for module in resources:
         app.include_router(module.router)
     app.include_router(ponds.sessions_router)

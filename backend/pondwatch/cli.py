@@ -18,7 +18,6 @@ from .cli_exports import add_commands
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from pondwatch.basestation.correcting import CorrectedBundle
     from pondwatch.basestation.uploader import Item, Uploader
     from pondwatch.config import Settings
     from pondwatch.simulator.radio import RadioSpec
@@ -61,17 +60,18 @@ def correct(
         str, typer.Option(help="auto, lattice, graph, identity, paper-a, -b, -c, -ours or -corrections")
     ] = "auto",
 ) -> None:
-    """Correct a bundle without a server: poses.csv, rods.csv, mosaic.png, mosaic.pgw and mosaic.tif."""
+    """Correct a bundle without a server: poses.csv, rods.csv, mosaic.png, mosaic.pgw and mosaic.tif, and beside them
+    findings.json and findings.csv, what the floor shows that the layout does not."""
     from pondwatch.basestation.bundle import Bundle
-    from pondwatch.basestation.correcting import correct_bundle
+    from pondwatch.basestation.correcting import correct_bundle, result_files
+    from pondwatch.basestation.files import replace_files
 
     with Bundle(bundle) as opened, _progress() as bar:
         task = bar.add_task("Reading", total=None)
         result = correct_bundle(
             opened, method, lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
         )
-        height_m = opened.inspection.pond.height_m
-    _write_result(out, result, height_m)
+        replace_files(out, result_files(result, opened.inspection.pond))
     for fault in result.faults:
         print(f"rejected: {fault}", file=sys.stderr)
     print(result.quality.sentence)
@@ -264,22 +264,6 @@ def _settings(data: Path | None, host: str | None, port: int | None) -> Settings
 
     given = {"data": data, "host": host, "port": port}
     return Settings.model_validate(Settings().model_dump() | {k: v for k, v in given.items() if v is not None})
-
-
-def _write_result(out: Path, result: CorrectedBundle, height_m: float) -> None:
-    from pondwatch.basestation.files import replace_files
-    from pondwatch.jobs import exports
-
-    replace_files(
-        out,
-        {
-            "poses.csv": exports.poses_csv(result.poses),
-            "rods.csv": exports.rods_csv(result.rods),
-            "mosaic.png": exports.mosaic_png(result.mosaic),
-            "mosaic.pgw": exports.world_file(result.metres_per_pixel, height_m),
-            "mosaic.tif": exports.mosaic_tif(result.mosaic, result.metres_per_pixel, height_m),
-        },
-    )
 
 
 @contextmanager

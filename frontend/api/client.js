@@ -104,6 +104,19 @@ export async function actOnAlarms(session, act, alarms, said) {
   return (await post(`/api/sessions/${encodeURIComponent(session)}/alarms/${act}`, { alarms, ...said })).results;
 }
 
+/** @typedef {{number: number, kind: 'foreign-object' | 'stain' | 'rod-displaced', x_m: number, y_m: number, size_mm: number, confidence: number,
+ *   looks: number, agreeing: number, rod_id: string, offset_x_mm: number | null, offset_y_mm: number | null, sigma_mm: number | null}} Finding */
+
+/** Of condition and position. @param {string} session @returns {Promise<{looked: boolean, examined: number, findings: Finding[]}>} */
+export function findingsOf(session) {
+  return get(`/api/sessions/${encodeURIComponent(session)}/findings`);
+}
+
+/** Its picture. @param {string} session @param {number} number */
+export function findingUrl(session, number) {
+  return `/api/sessions/${encodeURIComponent(session)}/findings/${number}/picture.png`;
+}
+
 /** What its rods are held against. @param {string} session @param {string | null} baseline an earlier session, or none @returns {Promise<object>} */
 export function setBaseline(session, baseline) {
   return post(`/api/sessions/${encodeURIComponent(session)}/baseline`, { baseline }, 'PUT');

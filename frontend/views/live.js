@@ -13,6 +13,7 @@ import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
 import { AlarmDesk } from './alarms.js';
+import { Findings } from './findings.js';
 import { Finish } from './finish.js';
 import { Health } from './health.js';
 import { helpDialog } from './help.js';
@@ -37,6 +38,7 @@ const ADDRESS_MS = 300;
 
 export class Live {
   #finish;
+  #findings;
   #bar;
   #summary;
   #health = new Health(() => this.#goNext());
@@ -70,12 +72,13 @@ export class Live {
     this.time = new Timekeeper(this.inspection);
     this.#column.append(this.time.bar.element);
     this.#wanted = { rod, view, at };
+    this.#findings = new Findings(facts.id, ({ x_m, y_m }) => this.#view?.map.goTo(x_m, y_m));
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
     const middle = () => this.#view?.map.centre ?? null;
     this.#notes = new Notes({ session: facts.id, middle, moment: () => this.time.clock.atMs, go: (note) => this.#goToNote(note) });
-    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#summary.element, this.#health.element, this.#notes.element);
+    const side = h('aside', { class: 'side', 'aria-label': 'Overview', tabindex: '0' }, this.rodPanel.element, this.alarms.panel.element, this.#findings.element, this.#summary.element, this.#health.element, this.#notes.element);
     this.#actions = actionsOf(this, { goNext: () => this.#goNext(), close: () => this.#close(), help: () => this.help.showModal(), note: () => this.#notes.open() });
     this.help = helpDialog(this.#actions);
     this.#main = h('main', { class: 'live' }, this.#column, side, this.strip.element);
@@ -140,6 +143,7 @@ export class Live {
   }
 
   #revision() {
+    void this.#findings.update(this.inspection.facts.state);
     const { at } = this.#wanted;
     this.#wanted.at = null;
     if (at !== null) this.time.clock.seek(at);

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from . import accuracy, baselines, compare, factors, grid, live, moonshot, pairs, speed
+from . import accuracy, baselines, compare, factors, findings, grid, live, moonshot, pairs, speed
 
 BENCHES: dict[str, Callable[[argparse.Namespace], None]] = {
     "accuracy": lambda asked: accuracy.run(asked.bundles, asked.method),
@@ -17,6 +17,7 @@ BENCHES: dict[str, Callable[[argparse.Namespace], None]] = {
     "baselines": lambda asked: baselines.run(asked.bundles, asked.quick),
     "pairs": lambda asked: pairs.run(),
     "compare": lambda asked: compare.run(),
+    "findings": lambda asked: findings.run(),
     "moonshot": lambda asked: moonshot.run(asked.snapshots),
 }
 USUAL = ("accuracy", "speed", "live")

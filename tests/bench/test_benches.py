@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import httpx
@@ -49,7 +50,8 @@ def test_adding_to_a_settled_session_is_timed_snapshot_by_snapshot() -> None:
 def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Path) -> None:
     spec = SimulationSpec(snapshots=40, noise_pitch=0.1, print_colours=True)
     with Store(tmp_path, f"sqlite:///{tmp_path}/t.sqlite") as store:
-        row = pairs.measured(store, pairs.Pair(spec, 4, "clear", {}, {}), 11)
+        base = pairs.inspect(store, replace(spec, pond_seed=11), 1)
+        row = pairs.measured(store, pairs.Pair(spec, 4, "clear", {}, {}, 11), base, 2)
 
     assert row.rods == len(row.told["rods"]) + sum(row.told["counts"][c] for c in ("same", "not_comparable"))
     assert row.listed == row.as_it_is == row.in_both <= 4

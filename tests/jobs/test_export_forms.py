@@ -29,7 +29,7 @@ from pondwatch.jobs.forms import FORMS, view_from, write_dossier, write_form
 from pondwatch.jobs.ingest import Upload
 from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
-from pondwatch.store import sessions
+from pondwatch.store import conditions, sessions
 from tests.fakes.house import House
 
 COUNT = 40
@@ -170,6 +170,15 @@ def test_the_recording_is_read_back_with_its_schemas_on_one_clock(house: House, 
     (_, rods), *others = by_topic["/rods"]
     assert ([e["id"] for e in rods["entities"]], others) == ([r["rod_id"] for r in found.rods], [])
     assert [m.name for m in reader.iter_metadata()] == ["session"]
+
+
+def test_the_floor_of_a_finished_inspection_was_looked_over_and_nothing_made_up(house: House) -> None:
+    condition = house.store.read(lambda c: conditions.read(c, house.session))
+
+    assert condition is not None
+    assert condition["findings"] == []
+    assert condition["examined"] > 0.3
+    assert len(condition["positions"]) > 10
 
 
 def test_the_tables_tell_every_snapshot_and_every_rod(house: House, found: Dossier) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from itertools import pairwise
 
 import cv2
@@ -32,7 +33,9 @@ SMALL = SimulationSpec(snapshots=12, coverage=3.0)
 def lone_rod(fill, x=0.1002, y=0.0703):
     rod = Rod("R0000", x, y, 0.012, 0.0078)
     centre = np.array([[x, y]])
-    return SimulatedPond(Pond(0.2, 0.14, (rod,)), np.array([fill]), np.array([0.4]), centre[:0], "hexagonal", 0.03, 0)
+    return SimulatedPond(
+        Pond(0.2, 0.14, (rod,)), np.array([fill]), np.zeros((1, 2)), np.array([0.4]), centre[:0], "hexagonal", 0.03, 0
+    )
 
 
 def bright_fill():
@@ -262,3 +265,27 @@ def test_robots_keep_their_distance_from_the_wall():
 
         assert (poses >= low).all()
         assert (poses <= high).all()
+
+
+def test_things_lie_where_the_truth_says_and_change_nothing_elsewhere() -> None:
+    plain, strewn = (Simulation(replace(SMALL, objects=n, object_px=8), seed=5) for n in (0, 2))
+    assert (plain.truth_things, len(strewn.truth_things)) == ((), 2)
+
+    changed = np.abs(plain.floor.image.astype(int) - strewn.floor.image).max(axis=2) > 20
+
+    scale = strewn.floor.metres_per_pixel
+    rows, columns = np.nonzero(changed)
+    x, y = strewn.floor.left_m + (columns + 0.5) * scale, strewn.floor.top_m - (rows + 0.5) * scale
+    near = [np.hypot(x - t.x_m, y - t.y_m) < 0.75 * t.diameter_m for t in strewn.truth_things]
+    assert np.logical_or(*near).all()
+    assert [n.sum() * scale**2 for n in near] == pytest.approx([np.pi / 4 * (8 * 0.0005625) ** 2] * 2, rel=0.15)
+
+
+def test_a_displaced_rod_is_drawn_off_the_place_that_the_layout_keeps() -> None:
+    plain, moved = (Simulation(replace(SMALL, displaced=n, displaced_px=4), seed=5) for n in (0, 1))
+
+    (which,) = np.flatnonzero(moved.truth_offsets.any(axis=1))
+
+    assert plain.inspection == moved.inspection
+    assert np.hypot(*moved.truth_offsets[which]) == pytest.approx(4 * 0.0005625)
+    assert (plain.floor.image != moved.floor.image).any()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from pondwatch.core.consensus import Look
 from pondwatch.core.corrector import hold
 from pondwatch.core.errors import Invalid
+from pondwatch.core.findings import Condition, find
 from pondwatch.core.mosaic import Mosaic
-from pondwatch.core.values import CorrectedPose, Image, Quality, RodReading, Snapshot, SnapshotKey, Status
+from pondwatch.core.values import CorrectedPose, Image, Pond, Quality, RodReading, Snapshot, SnapshotKey, Status
+from pondwatch.jobs import exports
+from pondwatch.jobs.findingviews import document, findings_csv
 from pondwatch.jobs.papernets import make_corrector
 
 from .bundle import Bundle
@@ -27,6 +32,7 @@ class CorrectedBundle:
     metres_per_pixel: float
     quality: Quality
     faults: tuple[str, ...]
+    condition: Condition
 
 
 def correct_bundle(
@@ -61,7 +67,21 @@ def correct_bundle(
     unplaced = {row.key: CorrectedPose(row.key, None, None, Status.REJECTED) for row in rows}
     in_order = tuple(poses.get(row.key, unplaced[row.key]) for row in bundle.rows)
     quality = corrector.quality()
-    return CorrectedBundle(in_order, corrector.rods(), mosaic.bgra(), mosaic.metres_per_pixel, quality, tuple(faults))
+    progress("Looking over the floor", len(taken), len(taken))
+    condition = find(sure_looks(taken, poses), bundle.inspection.camera, bundle.inspection.pond, corrector.rods())
+    return CorrectedBundle(
+        in_order, corrector.rods(), mosaic.bgra(), mosaic.metres_per_pixel, quality, tuple(faults), condition
+    )
+
+
+def sure_looks(taken: Mapping[SnapshotKey, Snapshot], poses: Mapping[SnapshotKey, CorrectedPose]) -> list[Look]:
+    """The snapshots that lie surely where they do, in the order of their keys."""
+    placed = ((key, poses.get(key)) for key in sorted(taken))
+    return [
+        Look(taken[key].image, pose.pose_pond)
+        for key, pose in placed
+        if pose is not None and pose.status is Status.PLACED and pose.pose_pond is not None
+    ]
 
 
 def _assemble(
@@ -77,3 +97,17 @@ def _assemble(
             mosaic.put(key, snapshot.image, pose.pose_pond, snapshot.captured_s)
         progress("Assembling", done, len(taken))
     return mosaic
+
+
+def result_files(result: CorrectedBundle, pond: Pond) -> dict[str, bytes]:
+    """The files of a result, by name."""
+    condition = document(result.condition, pond)
+    return {
+        "poses.csv": exports.poses_csv(result.poses),
+        "rods.csv": exports.rods_csv(result.rods),
+        "findings.json": json.dumps(condition, indent=1).encode() + b"\n",
+        "findings.csv": findings_csv(condition["findings"]),
+        "mosaic.png": exports.mosaic_png(result.mosaic),
+        "mosaic.pgw": exports.world_file(result.metres_per_pixel, pond.height_m),
+        "mosaic.tif": exports.mosaic_tif(result.mosaic, result.metres_per_pixel, pond.height_m),
+    }

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from .values import Bool, Float, RodReading, RodState
 
-PARTLY_LEAST = 0.12  # by how much two partial fills must differ: five times the error of a reading in murky water
+PARTLY_LEAST = 0.18  # by how much two partial fills must differ: one reading in murky water may be off by 0.12
 SURE = 0.9  # probability that two readings differ, from which a difference is claimed
 LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
 MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide

@@ -7,13 +7,14 @@ from sqlalchemy import Connection
 from pondwatch.core.errors import Missing
 from pondwatch.core.inventory import Outcome, Reconciled
 from pondwatch.core.values import RodReading, RodState
-from pondwatch.store import alarms, ponds, sessions
+from pondwatch.store import alarms, conditions, ponds, sessions
 from pondwatch.store.sessions import State
 from pondwatch.store.store import Store
 
-from . import comparing, pondviews
+from . import comparing, pondviews, tiles
 from .dossier import Table
-from .views import Json
+from .findingviews import findings_table
+from .views import Json, metres_per_pixel
 
 CHANGED, DISCREPANT = "C", "D"
 _WORDS = {"empty": "empty", "partial": "partly filled", "full": "full", "unseen": "not observed"}
@@ -31,7 +32,19 @@ def tables_of(store: Store, session_id: str) -> tuple[Table, ...]:
     Raises:
         Missing: there is no such session.
     """
-    return discrepancies(store, session_id), changes(store, session_id)
+    return discrepancies(store, session_id), changes(store, session_id), findings(store, session_id)
+
+
+def findings(store: Store, session_id: str) -> Table:
+    """What is otherwise than the layout says, of condition and position.
+
+    Raises:
+        Missing: there is no such session.
+    """
+    session = store.read(lambda c: sessions.get(c, session_id, with_rods=True))
+    found = store.read(lambda c: conditions.read(c, session_id))
+    pond, scale = session.inspection.pond, metres_per_pixel(session)
+    return findings_table(found, pond, scale, lambda: tiles.whole(store, session_id)[1])
 
 
 def discrepancies(store: Store, session_id: str) -> Table:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from sqlalchemy import Connection
 
-from pondwatch.store import jobs, revisions, sessions
+from pondwatch.store import conditions, jobs, revisions, sessions
 from pondwatch.store.revisions import NewRevision
 from pondwatch.store.sessions import State
 from pondwatch.store.store import Store
 
 from .advance import Step, base, pose_row, tile_rows
+from .findingviews import document
 from .lanes import Lane
 from .sealing import seal_if_possible
 from .tasks import Outcome
+from .views import Json
 
 
 def begin(store: Store, session_id: str, now_ms: int) -> State:
@@ -41,7 +43,8 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
     """
     session = store.read(lambda c: sessions.get(c, session_id))
     store.write(lambda c: jobs.mark(c, session_id, "finish", now_ms, state="running"))
-    outcome: Outcome = lane.call("settle", base(store, session_id))
+    outcome: Outcome = lane.call("settle", base(store, session_id), True)
+    condition = _condition(store, session_id, outcome)
     new = NewRevision(
         session_id,
         session.revision,
@@ -58,6 +61,8 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
 
     def unit(connection: Connection) -> Step:
         revision = revisions.write(connection, new)
+        if condition is not None:
+            conditions.write(connection, session_id, revision, condition)
         jobs.mark(connection, session_id, "finish", now_ms, state="done", progress=1.0, error=None)
         return Step(revision, 0, 0, outcome.patches, State.FINISHED)
 
@@ -65,3 +70,10 @@ def settle(store: Store, lane: Lane, session_id: str, now_ms: int) -> Step:
     seal_if_possible(store, session_id, now_ms)
     lane.call("forget", session_id)
     return step
+
+
+def _condition(store: Store, session_id: str, outcome: Outcome) -> Json | None:
+    if outcome.condition is None:
+        return None
+    session = store.read(lambda c: sessions.get(c, session_id, with_rods=True))
+    return document(outcome.condition, session.inspection.pond)

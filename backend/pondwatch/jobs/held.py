@@ -12,8 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pondwatch.core.consensus import Look
 from pondwatch.core.corrector import Corrector, Deliberates
 from pondwatch.core.errors import Invalid
+from pondwatch.core.findings import Condition, find
 from pondwatch.core.images import decode
 from pondwatch.core.mosaic import Mosaic
 from pondwatch.core.values import (
@@ -143,6 +145,15 @@ class Held:
     def _is_worth(self, arrived: int) -> bool:
         """What comes while a joint decision is made is decided again after it: much of it, in a backlog."""
         return arrived < MANY_ARRIVED or len(self.images) >= BACKLOG_GROWTH * self.thought_of
+
+    def condition(self) -> Condition:
+        """What the floor shows that no layout explains, by the snapshots that lie surely where they do."""
+        looks = [
+            Look(self.images[key], np.array(shown.pose))
+            for key, shown in sorted(self.shown.items())
+            if shown.status is Status.PLACED and key in self.images
+        ]
+        return find(looks, self.inspection.camera, self.inspection.pond, self.corrector.rods())
 
     def _changed_rods(self) -> tuple[RodReading, ...]:
         changed = tuple(r for r in self.corrector.rods() if r != self.rods.get(r.rod_id, _unseen(r.rod_id)))

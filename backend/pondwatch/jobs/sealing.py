@@ -22,7 +22,7 @@ from sqlalchemy import Connection, RowMapping
 from pondwatch.core.auditchain import Head, canonical, linked
 from pondwatch.core.errors import Conflict, StorageFull, Unavailable
 from pondwatch.core.inspection import inspection_document
-from pondwatch.store import revisions, seals, sessions
+from pondwatch.store import conditions, revisions, seals, sessions
 from pondwatch.store.clock import rfc3339
 from pondwatch.store.seals import Seal
 from pondwatch.store.sessions import Session, State
@@ -137,6 +137,8 @@ def records(connection: Connection, session_id: str) -> Iterator[tuple[Json, Fil
     for row in revisions.rod_rows(connection, session_id):
         names = ("rod_id", "state", "fill", "confidence", "views", "conflicting")
         yield {"kind": "rod", **{name: row[name] for name in names}}, None
+    for finding in (conditions.read(connection, session_id) or {}).get("findings", ()):
+        yield {**finding, "kind": "finding", "what": finding["kind"]}, None
     for row in seals.tile_rows(connection, session_id, "mosaic"):
         place = {"x": row["x"], "y": row["y"]}
         tile = _file(f"mosaic/{row['x']}-{row['y']}.png", bytes(row["content"]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from pondwatch.core.findings import Condition
 from pondwatch.core.values import CorrectedPose, Inspection, Quality, Rect, RodReading, SnapshotKey, Status
 
 Triple = tuple[float, float, float]
@@ -89,7 +90,8 @@ class Moved:
 class Outcome:
     """What a revision changes. undrawn: tiles that change, to be drawn later; tiles: those drawn at once. seen_share:
     of the raster, from 0 to 1. thinking: a joint decision is being made beside. unshown: some of what moved is
-    left for the next revision. correct_s, assemble_s: what deciding took, and what painting and encoding did."""
+    left for the next revision. correct_s, assemble_s: what deciding took, and what painting and encoding did.
+    condition: of the floor, where it was looked over."""
 
     poses: tuple[Moved, ...]
     rods: tuple[RodReading, ...]
@@ -102,3 +104,4 @@ class Outcome:
     correct_s: float = 0.0
     assemble_s: float = 0.0
     tiles: tuple[EncodedTile, ...] = ()
+    condition: Condition | None = None

@@ -77,15 +77,17 @@ class Desk:
         self._keep(session, held)
         return outcome
 
-    def settle(self, base: Base) -> Outcome:
-        """Decide all at once, in the order of the keys, so that nothing of the order of arrival is left."""
+    def settle(self, base: Base, look_over: bool = False) -> Outcome:
+        """Decide all at once, in the order of the keys, so that nothing of the order of arrival is left; then look the
+        floor over, where that is asked for."""
         self.forget(base.session)
         held, snapshots = as_stored(base)
         hold(held.corrector, sorted(snapshots, key=lambda s: s.key))
         held.corrector.settle()
         outcome = held.outcome(sorted(held.corrector.poses().values(), key=lambda p: p.key), most_moved=None)
         places = sorted({*outcome.undrawn, *base.undrawn})
-        return replace(outcome, undrawn=(), tiles=tuple(encode_tiles(held.mosaic, places)))
+        tiles = tuple(encode_tiles(held.mosaic, places))
+        return replace(outcome, undrawn=(), tiles=tiles, condition=held.condition() if look_over else None)
 
     def draw(self, session: str, revision: int, places: Sequence[Place]) -> list[EncodedTile] | None:
         """Tiles as they are at this revision; None where the session is not held at it."""

@@ -5,6 +5,7 @@ A fill of 1 is a solid inner disc, 0 a hollow one (it looks like the ring's own 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -14,6 +15,7 @@ from pondwatch.core.values import Camera, Float, Float32, Image
 
 from .palette import Palette
 from .pond import SimulatedPond
+from .things import Thing
 
 MAX_FLOOR_PX = 40_000_000
 FINEST = 4.0  # floor pixels an image pixel
@@ -30,7 +32,9 @@ class Floor:
     top_m: float
 
 
-def render_floor(simulated: SimulatedPond, palette: Palette, camera: Camera, rng: np.random.Generator) -> Floor:
+def render_floor(
+    simulated: SimulatedPond, palette: Palette, camera: Camera, rng: np.random.Generator, things: Sequence[Thing] = ()
+) -> Floor:
     """The floor of a pond, up to 4 pixels an image pixel, with room around it for a camera at its edge."""
     pond = simulated.pond
     border = np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
@@ -44,13 +48,16 @@ def render_floor(simulated: SimulatedPond, palette: Palette, camera: Camera, rng
         return Floor(_texture(shape, scale / camera.metres_per_pixel, palette, rng), scale, floor.left_m, floor.top_m)
     for centre in simulated.cells:
         _draw_cell(floor, centre, simulated, palette)
-    for rod, fill, start in zip(pond.rods, simulated.fills, simulated.starts_rad, strict=True):
-        inner = rod.inner_radius_m
-        _draw_rod(floor, np.array([rod.x_m, rod.y_m]), rod.outer_radius_m, inner, float(fill), float(start), palette)
+    truth = zip(pond.rods, simulated.offsets, simulated.fills.tolist(), simulated.starts_rad.tolist(), strict=True)
+    for rod, off, fill, start in truth:
+        at = np.array([rod.x_m, rod.y_m]) + off
+        _draw_rod(floor, at, rod.outer_radius_m, rod.inner_radius_m, fill, start, palette)
     if palette.mottle:
         stains = _octaves(shape[:2], (scale / camera.metres_per_pixel) / 200, 3, rng)
         gain = np.clip(128 * (1 + palette.mottle * stains), 0, 255).astype(np.uint8)
         cv2.multiply(image, cv2.merge([gain] * 3), dst=image, scale=1 / 128)
+    for thing in things:
+        _draw_thing(floor, thing)
     return floor
 
 
@@ -101,6 +108,22 @@ def _draw_rod(
     if fill > 0:
         turn = (np.arctan2(up, right) - np.float32(start_rad)) % np.float32(2 * np.pi)
         _blend(patch, np.where(turn <= fill * 2 * np.pi, disc(inner_m), np.float32(0)), palette.fill)
+
+
+def _draw_thing(floor: Floor, thing: Thing) -> None:
+    """An object hides the floor and has an edge; a stain lets it show through and has none."""
+    radius = thing.diameter_m / 2
+    soft = 1.0 if thing.kind == "object" else 0.5 * radius / floor.metres_per_pixel
+    patch, right, up = _patch(floor, np.array([thing.x_m, thing.y_m]), 1.6 * radius)
+    c, s = np.float32(np.cos(thing.turn_rad)), np.float32(np.sin(thing.turn_rad))
+    stretch = np.float32(np.sqrt(thing.stretch))
+    distance = np.hypot((c * right + s * up) / stretch, (c * up - s * right) * stretch)
+    cover = np.clip((np.float32(radius / floor.metres_per_pixel) - distance) / np.float32(soft) + 0.5, 0, 1)
+    colour = np.array(thing.colour)
+    if thing.kind == "object":
+        _blend(patch, cover, colour)
+    else:
+        patch[:] = (patch * (1 - cover[..., None] * (1 - colour / 255).astype(np.float32)) + 0.5).astype(np.uint8)
 
 
 def _octaves(

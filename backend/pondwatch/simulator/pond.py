@@ -18,12 +18,14 @@ INNER_RADIUS = 0.23
 class SimulatedPond:
     """A pond and what is true of it.
 
-    fills: (R,), 0 to 1, in the layout's order. starts_rad: (R,), where each wedge starts, counter-clockwise in the
-    pond frame. cells: (C, 2), m, the centres of lattice cells, with a rod or without.
+    fills: (R,), 0 to 1, in the layout's order. offsets: (R, 2), m, how far each stands off its place. starts_rad: (R,),
+    where each wedge starts, counter-clockwise in the pond frame. cells: (C, 2), m, the centres of lattice cells, with a
+    rod or without.
     """
 
     pond: Pond
     fills: Float
+    offsets: Float
     starts_rad: Float
     cells: Float
     lattice: Lattice
@@ -43,7 +45,8 @@ def make_pond(spec: SimulationSpec, rng: np.random.Generator) -> SimulatedPond:
     fills = _fills(spec, sites[present], rng)
     starts = rng.uniform(-np.pi, np.pi, len(rods))
     cells = sites if spec.edge_cells else sites[present]
-    return SimulatedPond(Pond(width, height, rods), fills, starts, cells, spec.lattice, spec.pitch_m,
+    offsets = np.zeros((len(rods), 2))
+    return SimulatedPond(Pond(width, height, rods), fills, offsets, starts, cells, spec.lattice, spec.pitch_m,
                          spec.lattice_angle_rad)  # fmt: skip
 
 

@@ -23,9 +23,10 @@ from .palette import print_palette, random_palette
 from .pond import changed, make_pond
 from .spec import ImageKind, SimulationSpec
 from .swarm import robots_in_turn, true_poses
+from .things import displaced, lying_about
 from .water import Water, through_water, unrounded, water_of
 
-_STREAMS = {name: k for k, name in enumerate(("pond", "look", "floor", "path", "noise", "water", "radio"))}
+_STREAMS = {name: k for k, name in enumerate(("pond", "look", "floor", "path", "noise", "water", "radio", "things"))}
 _SUFFIX: dict[ImageKind, str] = {"png": ".png", "jpeg": ".jpg", "webp": ".webp"}
 _QUALITY = {"jpeg": cv2.IMWRITE_JPEG_QUALITY, "webp": cv2.IMWRITE_WEBP_QUALITY}
 
@@ -60,20 +61,22 @@ class Simulation:
         self.spec, self.seed = spec, seed
         pond_seed = seed if spec.pond_seed < 0 else spec.pond_seed
         simulated = changed(make_pond(spec, np.random.default_rng([pond_seed, _STREAMS["pond"]])), spec.changed, seed)
-        look = self._rng("look")
+        look, loose = self._rng("look"), self._rng("things")
+        simulated = displaced(simulated, spec, loose)
         self._pond = simulated
         self._palette = print_palette() if spec.print_colours else random_palette(look)
         self._water = water_of(spec.water, look)
         self._robots = robots_in_turn(spec)
         self.inspection = Inspection(spec.name, spec.camera, simulated.pond, claimed_noise(spec))
-        self.truth_fills = simulated.fills
+        self.truth_fills, self.truth_offsets = simulated.fills, simulated.offsets
+        self.truth_things = lying_about(simulated, spec, self._palette, loose)
         self.truth_poses = true_poses(spec, self._rng("path"))
         self.poses = np.round(noisy_poses(self.truth_poses, self._robots, spec, self._rng("noise")), 7)
 
     @cached_property
     def floor(self) -> Floor:
         """The pond's floor, rendered when the first snapshot is taken."""
-        return render_floor(self._pond, self._palette, self.spec.camera, self._rng("floor"))
+        return render_floor(self._pond, self._palette, self.spec.camera, self._rng("floor"), self.truth_things)
 
     def snapshot(self, n: int) -> SimulatedSnapshot:
         """The n-th snapshot; the same whatever was taken before."""

@@ -53,6 +53,12 @@ class SimulationSpec:
     fills: Fills = "quarters"
     pond_seed: int = -1  # of the pond and its fills; -1: the simulation's own, as of all else
     changed: int = 0  # rods whose fill is other than the seed gives: a later inspection of the same pond
+    objects: int = 0  # things that lie on the floor and that no layout knows
+    object_px: float = 6.0  # their diameter
+    stains: int = 0
+    stain_px: float = 40.0
+    displaced: int = 0  # rods that stand off their place in the layout
+    displaced_px: float = 2.0
 
     path: Path = "uniform"
     theta_range_rad: float = 1.0
@@ -99,6 +105,8 @@ class SimulationSpec:
             "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
             "margin_px": (0, 0.45 * min(self.pond_size_m) / self.camera.metres_per_pixel),
             "pond_seed": (-1, 2**63 - 1), "changed": (0, 100_000),
+            "objects": (0, 10_000), "object_px": (0.5, 500), "stains": (0, 10_000), "stain_px": (0.5, 2000),
+            "displaced": (0, 100_000), "displaced_px": (0, 500),
         }  # fmt: skip
         for name, (low, high) in ranges.items():
             value = getattr(self, name)

@@ -1,4 +1,5 @@
-"""The tables of ponds: versions of their layouts, declared inventories, and how mosaics lie on a layout."""
+"""The tables of ponds: versions of their layouts, declared inventories, how mosaics lie on a layout, and what was
+found to be otherwise than it says."""
 
 from __future__ import annotations
 
@@ -33,6 +34,14 @@ registrations = Table(
     Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
     Column("revision", BigInteger, nullable=False),
     Column("offsets", LargeBinary, nullable=False),  # (R, 2) float32, little-endian, m; NaN: none
+)
+
+conditions = Table(
+    "conditions",
+    metadata,
+    Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
+    Column("revision", BigInteger, nullable=False),
+    Column("document", String, nullable=False),  # JSON, as the API tells it
 )
 
 inventories = Table(

@@ -1,0 +1,191 @@
+"""How far every rod stands off its place in the layout, from the floor that all looks agree on.
+
+Pure: arrays in, arrays out. A rod's ring is fitted by what rings of this pond look like (`residual.py`), moved: first
+to whole pixels, then by least squares (Gauss-Newton), reweighted so that a thing that lies on the ring loses its say.
+
+Poses come from the same rods. A rod that stands off draws every snapshot that shows it along, unless the refinement
+lets go of what does not fit (`refine.py`): it does in clear water, and in bad water not. Then the rod seems to stand
+off by less than it does, and its neighbours the other way. A pose is, to first order, the least-squares motion of the
+rods in it, so what an offset gives to each neighbour is known but for one factor, from 0 (let go of) to 1 and a
+little over. The factor is taken that leaves the neighbours where they should be, and the offsets are made whole with
+it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .cells import Cells
+from .consensus import Look
+from .frames import pond_to_image
+from .residual import Residuals
+from .values import Bool, Camera, Float, Float32, Int, Pond
+
+_RING = 1.12  # outer radii: how far a ring is looked at
+_LEAST_SEEN = 0.4  # of a ring's pixels
+_ROUNDS = 15
+_MISFIT = 4.0  # standard deviations, of a tenth of a ring: from which it is looked for in whole pixels
+_CLOSE_PX = 0.004
+_SURE_SIGMA = 6.0  # from which a rod is taken to stand off when its neighbours are judged
+_MOST_OFF = 100  # rods that may stand off at once
+_ECHO = 0.1  # of the greatest offset: below it what a rod seems to be off may be another's doing
+_FACTORS = np.linspace(0, 1.3, 14)
+_FLOOR_PX = 0.01  # no ring is measured better
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Offsets:
+    """offset_m: (R, 2), m, pond frame, NaN where not measured. sigma_m: (R,), one standard deviation of x and of y.
+    looks: (R,), at the rod."""
+
+    offset_m: Float
+    sigma_m: Float
+    looks: Float
+
+
+def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float) -> Float:
+    """(K, 2), m, pond frame: how far the ring of each cell lies from its place; NaN where it cannot be told."""
+    out = np.full((len(cells.rod), 2), np.nan)
+    for k, rod in enumerate(cells.rod.tolist()):
+        if rod >= 0:
+            inner, outer = (getattr(pond.rods[rod], n) for n in ("inner_radius_m", "outer_radius_m"))
+            out[k] = _moved(cells, found, k, inner / metres_per_pixel, outer / metres_per_pixel)
+    return np.asarray(out * (metres_per_pixel, -metres_per_pixel))
+
+
+def settled(
+    moved: Float, at_rod: Float, looks: Sequence[Look], camera: Camera, pond: Pond, metres_per_pixel: float
+) -> Offsets:
+    """Offsets of all rods, of what was measured of each.
+
+    Args:
+        moved: (R, 2), from `measured`. at_rod: (R,), how many looks each is of.
+    """
+    if np.isfinite(moved).any():
+        moved = moved - np.nanmedian(moved, axis=0)  # an offset of all is not a rod's
+    sigma = _sigma(moved, at_rod, _FLOOR_PX * metres_per_pixel)
+    return Offsets(_made_whole(moved, sigma, looks, camera, pond), sigma, at_rod)
+
+
+def _moved(cells: Cells, found: Residuals, k: int, inner_px: float, outer_px: float) -> Float:
+    """(2,), px right and down: how far a ring lies from the middle of its patch; NaN where it cannot be told."""
+    steps = np.arange(-cells.reach, cells.reach + 1)
+    radius = np.hypot(steps[None, :], steps[:, None])
+    ring = (radius > inner_px + 1.5) & (radius < _RING * outer_px)
+    usable = found.examined[k] & ring
+    if usable.sum() < _LEAST_SEEN * ring.sum():
+        return np.full(2, np.nan)
+    at = np.zeros(2)
+    if np.percentile(found.z[k][usable], 90) > _MISFIT:
+        at = _whole_pixels(cells.value[k], found.expected[k], found.examined[k], ring)
+    for _ in range(_ROUNDS):
+        step = _step(cells.value[k], found.expected[k], found.examined[k], ring, at)
+        at = at + np.clip(step, -1, 1)
+        if np.abs(step).max() < _CLOSE_PX:
+            break
+    return at if np.hypot(*at) < cells.reach else np.full(2, np.nan)
+
+
+def _whole_pixels(value: Float32, expected: Float32, seen: Bool, ring: Bool) -> Float:
+    """(2,), px: the whole step at which the ring fits best."""
+    half = int(np.abs(np.argwhere(ring) - len(ring) // 2).max())
+    room = len(ring) // 2 - half
+    if room < 1:
+        return np.zeros(2)
+    cut = slice(room, len(ring) - room)
+    mask = ring[cut, cut].astype(np.float32)
+    have = np.where(seen[..., None], value, expected)
+    cost = cv2.matchTemplate(have, np.ascontiguousarray(expected[cut, cut]), cv2.TM_SQDIFF, mask=cv2.merge([mask] * 3))
+    row, column = np.unravel_index(int(np.argmin(cost)), cost.shape)
+    best, here = float(cost[row, column]), float(cost[room, room])
+    return np.array([column - room, row - room], np.float64) if best < 0.7 * here else np.zeros(2)
+
+
+def _step(value: Float32, expected: Float32, seen: Bool, ring: Bool, at: Float) -> Float:
+    """(2,), px: one Gauss-Newton step of the ring from `at`, with a gain and a level a colour."""
+    there = np.array([[1, 0, at[0]], [0, 1, at[1]]], np.float64)
+    size = (value.shape[1], value.shape[0])
+    ring_here = cv2.warpAffine(ring.astype(np.float32), there, size) > 0.99
+    rows = np.flatnonzero((ring_here & seen).ravel())
+    if len(rows) < 40:
+        return np.zeros(2)
+    model = cv2.warpAffine(expected, there, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    slope_x = cv2.Scharr(model, cv2.CV_32F, 1, 0).reshape(-1, 3)[rows] / 32
+    slope_y = cv2.Scharr(model, cv2.CV_32F, 0, 1).reshape(-1, 3)[rows] / 32
+    m, v = model.reshape(-1, 3)[rows], value.reshape(-1, 3)[rows]
+    m0, v0 = (a - a.mean(axis=0) for a in (m, v))
+    gain = np.clip((m0 * v0).sum(axis=0) / np.maximum((m0 * m0).sum(axis=0), 1e-3), 0.3, 3)
+    off = (v0 - gain * m0).ravel()
+    design = -np.stack([(gain * (s - s.mean(axis=0))).ravel() for s in (slope_x, slope_y)], axis=1)
+    step = np.zeros(2)
+    for _ in range(2):
+        left = off - design @ step
+        scale = max(0.5, 1.4826 * float(np.partition(np.abs(left), len(left) // 2)[len(left) // 2]))
+        say = 1 / (1 + (left / (2 * scale)) ** 2)
+        weighted = design * say[:, None]
+        step = np.linalg.solve(weighted.T @ design + 1e-3 * np.eye(2), weighted.T @ off)
+    return np.asarray(step, np.float64)
+
+
+def _sigma(moved: Float, looks: Float, least_m: float) -> Float:
+    """(R,): by how far rods scatter that stand where they should, more where fewer looks agree."""
+    if not np.isfinite(moved).any():
+        return np.full(len(moved), np.nan)
+    spread = max(1.4826 * float(np.nanmedian(np.abs(moved))), least_m)
+    usual = float(np.median(looks[np.isfinite(moved[:, 0])]))
+    return np.asarray(spread * np.sqrt(np.maximum(1.0, usual / np.maximum(looks, 1.0))))
+
+
+def _made_whole(moved: Float, sigma: Float, looks: Sequence[Look], camera: Camera, pond: Pond) -> Float:
+    """(R, 2): offsets with what the poses took of them given back, and taken from the neighbours. Rods that stand off
+    are found one by one, the surest first, for each explains away some of what its neighbours seem to."""
+    true, known = moved, np.isfinite(moved[:, 0])
+    off: list[int] = []
+    share = np.zeros((2 * len(moved), 0))
+    while len(off) < _MOST_OFF:
+        size = np.nan_to_num(np.hypot(*true.T))
+        sure = np.where(size > _ECHO * size.max(), size / sigma, 0.0)
+        sure[off] = 0.0
+        if not sure.max() > _SURE_SIGMA:
+            break
+        off.append(int(np.argmax(sure)))
+        share = np.hstack([share, _given_by(off[-1], looks, camera, pond)])
+        rest = known & ~np.isin(np.arange(len(moved)), off)
+        tries = [_undone(moved, off, factor * share) for factor in _FACTORS]
+        true = tries[int(np.argmin([np.abs(t[rest]).sum() for t in tries]))]
+    return np.where(known[:, None], true, np.nan)
+
+
+def _undone(moved: Float, off: Sequence[int], share: Float) -> Float:
+    """(R, 2): offsets where those of `off` (K) gave `share` (2 R, 2 K) of themselves to each rod."""
+    rows = (2 * np.array(off)[:, None] + np.arange(2)).ravel()
+    causes = np.linalg.lstsq(np.eye(len(rows)) - share[rows], moved[off].ravel(), rcond=None)[0]
+    true = moved + (share @ causes).reshape(-1, 2)
+    true[list(off)] = causes.reshape(-1, 2)
+    return true
+
+
+def _given_by(rod: int, looks: Sequence[Look], camera: Camera, pond: Pond) -> Float:
+    """(2 R, 2): what an offset of a rod moves each other by, in the mean over the looks at that, where every look's
+    pose is the least-squares motion of the rods in it."""
+    places = np.array([(r.x_m, r.y_m) for r in pond.rods])
+    size = np.array([camera.width_px, camera.height_px])
+    reach = float(np.hypot(*size)) / 2 * camera.metres_per_pixel
+    total, count = np.zeros((len(places), 2, 2)), np.zeros(len(places))
+    for look in looks:
+        if np.hypot(*(places[rod] - look.pose_pond[:2])) > 3 * reach:
+            continue  # no rod of this look is near enough to have been drawn along
+        near = np.flatnonzero(np.hypot(*(places - look.pose_pond[:2]).T) < reach)
+        at = pond_to_image(places[near], look.pose_pond, camera)
+        mine: Int = near[((at > 0) & (at < size - 1)).all(axis=1)]
+        count[mine] += 1
+        if rod in mine:
+            arm = places[mine] - places[mine].mean(axis=0)
+            across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+            turn = across[:, :, None] * across[mine == rod][:, None, :] / max(float((arm**2).sum()), 1e-12)
+            total[mine] += np.eye(2) / len(mine) + turn
+    return np.asarray(total / np.maximum(count, 1)[:, None, None]).reshape(-1, 2)

@@ -1,0 +1,198 @@
+"""What a rod's surroundings look like in this pond, learned from all of them, and where one looks otherwise.
+
+Pure: arrays in, arrays out. Cells of one kind look alike but for the light, which may slope across a cell: each is
+fitted by the median of all (a gain that slopes and a level, for each colour), and what is left is the residual. How
+large residuals are where nothing lies is measured too, place by place in the cell and at several widths: at the edges
+of a ring they are larger than on a plain, in bad water larger than in clear.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from .cells import EMPTY, FULL, OTHER, VACANT, Cells
+from .values import Bool, Float32, Int
+
+WIDTHS_PX = (0.0, 1.5, 3.5, 8.0)  # sigma over which residuals are summed: things are of any size
+_LEAST_TO_LEARN = 6  # cells of a kind
+_MOST_TO_LEARN = 60
+_LEAST_SIGMA = 0.8  # grey levels
+_ROUNDS = 2
+_STIFF = np.array([20.0, 20.0, 20.0, 1e-3], np.float32)  # holds a light that a cell says nothing of
+_RIM_PX = 1.5  # round the inner circle, which belongs to neither side
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residuals:
+    """What the layout and the learned look do not explain. z: (K, P, P), the greatest over widths, in standard
+    deviations of what is left where nothing lies; 0 where not examined. grey: (K, P, P, 3), levels. examined: (K, P,
+    P). expected: (K, P, P, 3), the learned look in the cell's light."""
+
+    z: Float32
+    grey: Float32
+    examined: Bool
+    expected: Float32
+
+
+def residuals(cells: Cells, inner_px: float) -> Residuals:
+    """Learn how cells look, and where each looks otherwise.
+
+    Args:
+        inner_px: the rods' inner radius, px of the raster.
+    """
+    steps = np.arange(-cells.reach, cells.reach + 1, dtype=np.float32)
+    radius = np.hypot(steps[None, :], steps[:, None])
+    inside, outside = radius < inner_px - _RIM_PX, radius > inner_px + _RIM_PX
+    examined = np.zeros(cells.seen.shape, bool)
+    expected = np.zeros_like(cells.value)
+    grey = np.zeros_like(cells.value)
+    around = np.flatnonzero((cells.kind != VACANT) & _well_seen(cells, outside))
+    light = _light(steps)
+    look, known = _learn(cells, around, outside, light)
+    if look is None:
+        return Residuals(np.zeros(examined.shape, np.float32), grey, examined, expected)
+    looks = dict.fromkeys((EMPTY, FULL, OTHER), look)
+    areas = dict.fromkeys((EMPTY, FULL, OTHER), outside & known)
+    for kind in (EMPTY, FULL):
+        mine = _spread_evenly(np.flatnonzero((cells.kind == kind) & _well_seen(cells, outside)))
+        if len(mine) >= _LEAST_TO_LEARN:
+            fitted = _in_common_light(cells, mine, look, outside, light)
+            within = _median_seen(fitted, cells.seen[mine])
+            looks[kind] = np.where(inside[..., None], within, look)
+            areas[kind] = (inside | outside) & known
+    vacant = np.flatnonzero((cells.kind == VACANT) & _well_seen(cells, radius >= 0))
+    bare, known = _learn(cells, vacant, radius >= 0, light)
+    if bare is not None:
+        looks[VACANT], areas[VACANT] = bare, known
+    for k, kind in enumerate(cells.kind.tolist()):
+        if kind in looks:
+            examined[k] = cells.seen[k] & areas[kind]
+            fit_area = examined[k] & (outside | (kind == VACANT))
+            expected[k] = _relit(cells.value[k], looks[kind], fit_area, light)
+    grey = np.where(examined[..., None], cells.value - expected, np.float32(0))
+    return Residuals(_significance(cells, grey, examined), grey, examined, expected)
+
+
+def _well_seen(cells: Cells, area: Bool) -> Bool:
+    whole = max(1, int(area.sum()))
+    own = (cells.seen & area).reshape(len(cells.seen), -1).sum(axis=1)
+    return np.asarray(own > 0.4 * whole)
+
+
+def _light(steps: Float32) -> Float32:
+    """(P, P, 3): a level and two slopes."""
+    across = steps / np.float32(max(1.0, float(steps[-1])))
+    shape = (len(steps), len(steps))
+    parts = np.ones(shape, np.float32), np.broadcast_to(across, shape), np.broadcast_to(across[:, None], shape)
+    return np.asarray(np.stack(parts, axis=-1), np.float32)
+
+
+def _learn(cells: Cells, which: Int, area: Bool, light: Float32) -> tuple[Float32 | None, Bool]:
+    """(P, P, 3), the median of cells in a common light, None where they are too few; and (P, P), of which places of a
+    cell it is known: beyond the outermost rods of a pond a cell has floor that few others have."""
+    if len(which) < _LEAST_TO_LEARN:
+        return None, np.zeros(area.shape, bool)
+    which = _spread_evenly(which)
+    look = _median_seen(cells.value[which], cells.seen[which])
+    for _ in range(_ROUNDS):
+        look = _median_seen(_in_common_light(cells, which, look, area, light), cells.seen[which])
+    return look, cells.seen[which].sum(axis=0) >= _LEAST_TO_LEARN
+
+
+def _spread_evenly(which: Int) -> Int:
+    """At most `_MOST_TO_LEARN` of them."""
+    some = np.linspace(0, len(which) - 1, min(len(which), _MOST_TO_LEARN)).round().astype(int)
+    return np.asarray(which[np.unique(some)])
+
+
+def _median_seen(value: Float32, seen: Bool) -> Float32:
+    """(P, P, 3), the median of (K, P, P, 3) over those that saw a pixel; 0 where none did."""
+    ordered = np.sort(np.where(seen[..., None], value, np.float32(np.inf)), axis=0)
+    middle = np.maximum(seen.sum(axis=0) - 1, 0) // 2
+    found = np.take_along_axis(ordered, np.broadcast_to(middle[..., None], value.shape[1:])[None], axis=0)[0]
+    return np.where(np.isfinite(found), found, np.float32(0))
+
+
+def _in_common_light(cells: Cells, which: Int, look: Float32, area: Bool, light: Float32) -> Float32:
+    """Cells as they would look in the light of `look`."""
+    out = np.empty((len(which), *look.shape), np.float32)
+    for n, k in enumerate(which.tolist()):
+        gain, level = _fit_light(cells.value[k], look, cells.seen[k] & area, light)
+        out[n] = (cells.value[k] - level) / np.maximum(gain, np.float32(0.2))
+    return out
+
+
+def _relit(value: Float32, look: Float32, area: Bool, light: Float32) -> Float32:
+    gain, level = _fit_light(value, look, area, light)
+    return np.asarray(gain * look + level, np.float32)
+
+
+def _fit_light(value: Float32, look: Float32, area: Bool, light: Float32) -> tuple[Float32, Float32]:
+    """(P, P, 3) gain and (3,) level by which `look` becomes `value`: least squares, reweighted so that it lets go of
+    what does not fit, over every third pixel each way; a gain that slopes, and a level, for each colour."""
+    every = np.zeros_like(area)
+    every[::3, ::3] = True
+    rows = np.flatnonzero((area & every).ravel())
+    if len(rows) < 40:
+        return np.ones_like(look), np.zeros(3, np.float32)
+    model, target = (part.reshape(-1, 3)[rows].T for part in (look, value))
+    slopes = light.reshape(-1, 3)[rows]
+    design = np.concatenate([model[..., None] * slopes, np.ones((*model.shape, 1), np.float32)], axis=2)  # (3, N, 4)
+    say, x = np.ones_like(model), np.zeros((3, 4), np.float32)
+    for _ in range(2):
+        weighted = design * say[..., None]
+        normal = weighted.transpose(0, 2, 1) @ design + np.diag(_STIFF)
+        x = np.linalg.solve(normal, (weighted * (target - model)[..., None]).sum(axis=1)[..., None])[..., 0]
+        off = np.abs(target - model - (design @ x[..., None])[..., 0])
+        scale = 4 * np.maximum(_LEAST_SIGMA, 1.4826 * np.partition(off, len(rows) // 2, axis=1)[:, len(rows) // 2])
+        say = np.clip(1 - (off / scale[:, None]) ** 2, 0, 1) ** 2
+    return light @ x[:, :3].T + np.array(1, np.float32), x[:, 3]
+
+
+def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
+    """(K, P, P): the greatest over widths of the residual in its standard deviations, the colours together."""
+    best = np.zeros(examined.shape, np.float32)
+    fewer = np.sqrt(np.maximum(1.0, np.median(cells.looks) / np.maximum(cells.looks, 1)))[:, None, None, None]
+    for width in WIDTHS_PX:
+        smooth = _smoothed(grey, examined, width)
+        for kinds in ((EMPTY, FULL, OTHER), (VACANT,)):
+            mine = np.flatnonzero(np.isin(cells.kind, kinds) & examined.any(axis=(1, 2)))
+            if len(mine) < _LEAST_TO_LEARN:
+                examined[mine] = False
+                continue
+            some = _spread_evenly(mine)
+            sigma = _spread(smooth[some], examined[some], width)
+            z = smooth[mine] / (sigma * fewer[mine].astype(np.float32))
+            best[mine] = np.maximum(best[mine], _together(z, examined[mine]))
+    return np.where(examined, best, np.float32(0))
+
+
+def _together(z: Float32, examined: Bool) -> Float32:
+    """(K, P, P): three colours' deviations as one. What light does to all colours alike counts for little, what one
+    colour does alone for much (Mahalanobis' distance, by the correlation of what is left where nothing lies)."""
+    usual = np.clip(z[examined][:: max(1, int(examined.sum()) // 20_000)], -3, 3).astype(np.float64)
+    shared = np.corrcoef(usual.T) if len(usual) > 100 else np.eye(3)
+    inverse = np.linalg.inv(0.98 * np.nan_to_num(shared) + 0.02 * np.eye(3)).astype(np.float32)
+    return np.asarray(np.sqrt(np.einsum("kijc,cd,kijd->kij", z, inverse, z, optimize=True) / 3), np.float32)
+
+
+def _smoothed(grey: Float32, examined: Bool, width: float) -> Float32:
+    if not width:
+        return grey
+    out = np.empty_like(grey)
+    for k in range(len(grey)):
+        share = cv2.GaussianBlur(examined[k].astype(np.float32), (0, 0), width, borderType=cv2.BORDER_CONSTANT)
+        total = cv2.GaussianBlur(grey[k], (0, 0), width, borderType=cv2.BORDER_CONSTANT)
+        out[k] = total / np.maximum(share, np.float32(0.25))[..., None]
+    return out
+
+
+def _spread(smooth: Float32, examined: Bool, width: float) -> Float32:
+    """(P, P, 3): the standard deviation over cells of what is left, robustly; never under that of a plain."""
+    sigma = np.float32(1.4826) * _median_seen(np.abs(smooth), examined)
+    plain = float(np.median(sigma[sigma > 0])) if (sigma > 0).any() else 1.0
+    soft = np.asarray(cv2.GaussianBlur(sigma, (0, 0), 1.0), np.float32)
+    return np.maximum(soft, np.float32(max(0.5 * plain, _LEAST_SIGMA / (1 + width))))
