@@ -47,6 +47,7 @@ class FakeServer:
         self.started: list[dict[str, Any]] = []
         self.said: dict[str, list[dict[str, Any]]] = {}
         self.notes: list[dict[str, Any]] = []
+        self.findings: list[dict[str, Any]] = []
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
 
@@ -144,6 +145,16 @@ def make_app(server: FakeServer) -> FastAPI:
             {name: row[name] for name in names} | {"id": row["id"], "at": row["since"]} for row in source.alarms.rows
         ]
         return {"events": [{**row, "act": "raise", "by": None, "text": "It began."} for row in told], "next": None}
+
+    @app.get("/api/sessions/s1/findings")
+    def findings() -> Any:
+        done = source.session["state"] == "finished"
+        return {"looked": done, "findings": server.findings if done else [], "examined": 0.93}
+
+    @app.get("/api/sessions/s1/findings/{number}/picture.png")
+    def finding_picture(number: int) -> Response:
+        assert server.movie
+        return Response(server.movie.patch(0, 0, 64, 64, 0).content, 200, media_type="image/png")
 
     @app.get("/api/sessions/s1/rods/{rod}")
     def rod(rod: str) -> Any:
