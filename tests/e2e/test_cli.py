@@ -39,12 +39,12 @@ def bundle(tmp_path):
     return root
 
 
-def test_correct_writes_all_five_files_of_a_result(bundle, tmp_path):
+def test_correct_writes_every_file_of_a_result(bundle, tmp_path):
     done = pondwatch("correct", bundle, "--out", tmp_path / "result", "--method", "identity")
 
     assert (done.returncode, done.stderr) == (0, "")
     names = sorted(path.name for path in (tmp_path / "result").iterdir())
-    assert names == ["mosaic.pgw", "mosaic.png", "mosaic.tif", "poses.csv", "rods.csv"]
+    assert names == ["findings.csv", "findings.json", "mosaic.pgw", "mosaic.png", "mosaic.tif", "poses.csv", "rods.csv"]
     poses = list(csv.DictReader((tmp_path / "result/poses.csv").read_text().splitlines()))
     assert [row["sequence"] for row in poses] == ["2", "0", "1"]
     png = cv2.imread(str(tmp_path / "result/mosaic.png"), cv2.IMREAD_UNCHANGED)
