@@ -19,7 +19,7 @@ from pondwatch.store.store import Store
 from tests.api.conftest import Api
 from tests.fakes.inspections import finished
 
-POND = lattice("square", 0.05, columns=4, rows=3, outer_m=0.018, inner_m=0.012)
+POND = lattice("square", 0.05, columns=4, rows=3, outer_m=0.018, inner_m=0.0125)  # a pond that no other test has
 OBJECT = Finding(Kind.FOREIGN_OBJECT, 0.076, 0.11, 0.006, 0.9, 40.0, 8, 8, "R0001")
 DISPLACED = Finding(
     Kind.ROD_DISPLACED, 0.1512, 0.1, 0.036, 0.999, 30.0, 6, 6, "R0006", (0.0012, 0.0), 0.00013

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.browser
 
 def fill_in(desk: Desk, form: str, title: str, **fields: str) -> None:
     """Open a form of the panel, write into it and send it."""
-    desk.page.locator("summary", has_text=title).click()
+    desk.page.locator("#rod-panel summary", has_text=title).click()
     for name, value in fields.items():
         field = desk.page.locator(f"#{form} [name={name}]")
         if field.evaluate("element => element.tagName") == "SELECT":
