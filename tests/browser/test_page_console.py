@@ -53,7 +53,7 @@ def test_each_layer_is_drawn_with_its_legend(console: Desk, layer: str, words: s
 
     assert console.says(".layer-legend", words)
     assert eventually(lambda: picture(console) != before)
-    assert f"show={layer}" in console.page.evaluate("location.search")
+    assert eventually(lambda: f"show={layer}" in console.page.evaluate("location.search"))
 
 
 @pytest.mark.parametrize("mark", ["rods", "robots", "tracks", "grid"])

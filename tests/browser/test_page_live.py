@@ -38,15 +38,22 @@ def under_cursor(desk: Desk, last: tuple[float, float] | None) -> tuple[float, f
     return None if place == last else place
 
 
+def place_at(desk: Desk, x: float, y: float, last: tuple[float, float] | None) -> tuple[float, float] | None:
+    """What the page names with the mouse there; None while it has not seen it come."""
+    desk.page.mouse.move(x + 1, y)
+    desk.page.mouse.move(x, y)
+    desk.page.wait_for_timeout(80)
+    return under_cursor(desk, last)
+
+
 def on_screen(desk: Desk, server: FakeServer, x_m: float, y_m: float) -> tuple[float, float]:
     """Page pixel of a place in the pond, by what the page says under its cursor at two points."""
     box = desk.page.locator("#map").bounding_box()
     assert box
     at = []
     for dx in (100, 400):
-        desk.page.mouse.move(box["x"] + dx, box["y"] + 300)
         last = at[-1][1:] if at else None
-        place = eventually(lambda last=last: under_cursor(desk, last))
+        place = eventually(lambda x=box["x"] + dx, y=box["y"] + 300, last=last: place_at(desk, x, y, last))
         assert place, "the place under the cursor is told"
         at.append((dx, *place))
     scale = (at[1][0] - at[0][0]) / (at[1][1] - at[0][1])
@@ -96,7 +103,7 @@ def test_a_rod_lights_up_when_it_is_read_and_opens_on_a_click(desk: Desk, server
     assert eventually(lambda: desk.page.locator(".evidence img").count())
     desk.page.locator(".evidence button").first.click()
     assert desk.page.locator(".evidence button[aria-pressed=true]").count() == 1
-    assert f"rod={full}" in desk.page.evaluate("location.search")
+    assert eventually(lambda: f"rod={full}" in desk.page.evaluate("location.search"))
     assert desk.errors == []
 
 
