@@ -44,12 +44,11 @@ class Thought(Protocol):
 Begin = Callable[[Deliberates], Thought]
 
 
-class ThreadThought:
-    """In a thread of this process, with which it shares a core."""
+class _Answered:
+    """What is made elsewhere and answered once."""
 
-    def __init__(self, corrector: Deliberates) -> None:
+    def __init__(self) -> None:
         self._answer: Future[Any] = Future()
-        threading.Thread(target=self._run, args=(corrector,), name="deliberation", daemon=True).start()
 
     @property
     def ready(self) -> bool:
@@ -59,6 +58,14 @@ class ThreadThought:
     def result(self) -> Any:
         """The decision; None where it failed."""
         return self._answer.result()
+
+
+class ThreadThought(_Answered):
+    """In a thread of this process, with which it shares a core."""
+
+    def __init__(self, corrector: Deliberates) -> None:
+        super().__init__()
+        threading.Thread(target=self._run, args=(corrector,), name="deliberation", daemon=True).start()
 
     def drop(self) -> None:
         """It ends by itself."""
@@ -67,27 +74,18 @@ class ThreadThought:
         self._answer.set_result(_decided(corrector))
 
 
-class ForkThought:
+class ForkThought(_Answered):
     """In a child process."""
 
     def __init__(self, corrector: Deliberates) -> None:
+        super().__init__()
         self._held = corrector.held()
-        self._answer: Future[Any] = Future()
         source, sink = os.pipe()
         self._child = os.fork()
         if self._child == 0:
             _think(corrector, self._held, sink)
         os.close(sink)
         threading.Thread(target=self._read, args=(source,), name="deliberation", daemon=True).start()
-
-    @property
-    def ready(self) -> bool:
-        """Whether it is made."""
-        return self._answer.done()
-
-    def result(self) -> Any:
-        """The decision; None where it failed."""
-        return self._answer.result()
 
     def drop(self) -> None:
         """End the child."""
