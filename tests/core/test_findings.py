@@ -197,3 +197,19 @@ def test_a_pixel_that_few_looks_show_is_the_median_of_those() -> None:
     assert found.count[4, 6] == 5
     assert found.count[0, 0] == 0  # the rim of every snapshot is left out
     assert abs(int(found.image[4, 6, 0]) - 130) < 25  # brought to the light of their mean, 130.8
+
+
+def test_floor_that_is_too_bright_for_the_camera_in_some_looks_is_not_a_finding() -> None:
+    """Light grows from left to right, and every other look is a fifth brighter: on the right they are burnt."""
+    floor = drawn()
+    light = np.linspace(1.0, 1.75, floor.shape[1])[None, :, None]
+    shots = looks(np.clip(floor * light, 0, 255).astype(np.uint8))
+    burnt = [
+        Look(np.clip(shot.image * (1.2 if n % 2 else 1.0), 0, 255).astype(np.uint8), shot.pose_pond)
+        for n, shot in enumerate(shots)
+    ]
+
+    condition = seen(burnt)
+
+    assert condition.findings == ()
+    assert 0.1 < condition.examined < seen(looks(drawn())).examined

@@ -26,13 +26,15 @@ _MOST_CELLS = 400  # at a time: bounds the memory at some hundred megabytes
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """K cells, each (P, P) px. rod: (K,), index in the layout, -1 where there is none. kind: (K,). centre_px: (K, 2),
-    raster frame. value: (K, P, P, 3). seen: (K, P, P), own floor, seen often enough. looks: (K,), the median."""
+    raster frame. value: (K, P, P, 3). seen: (K, P, P), own floor, seen often enough. burnt: (K, P, P), as of the
+    consensus. looks: (K,), the median."""
 
     rod: Int
     kind: Int
     centre_px: Float
     value: Float32
     seen: Bool
+    burnt: Bool
     looks: Float
 
     @property
@@ -80,11 +82,13 @@ def cut(found: Consensus, pond: Pond, sites: Sites, which: Int) -> Cells:
     centre = pond_to_raster(sites.place[which], pond, found.metres_per_pixel)
     size = (2 * reach + 1, 2 * reach + 1)
     value = np.stack([_patch(found.image, c, size) for c in centre.tolist()])
-    count = np.stack([_whole_patch(found.count, c, reach) for c in np.round(centre).astype(int).tolist()])
+    whole = np.round(centre).astype(int).tolist()
+    count = np.stack([_eroded(_whole_patch(found.count, c, reach)) for c in whole])
+    burnt = np.stack([_whole_patch(found.burnt.astype(np.uint8), c, reach) for c in whole]) > 0
     own = _nearest_to_own(sites, which, reach, found.metres_per_pixel)
     seen = own & (count >= LEAST_LOOKS)
     looks = np.array([float(np.median(c[o])) if o.any() else 0.0 for c, o in zip(count, own, strict=True)])
-    return Cells(sites.rod[which], sites.kind[which], centre, value, seen, looks)
+    return Cells(sites.rod[which], sites.kind[which], centre, value, seen, burnt, looks)
 
 
 def _patch(image: Image, centre: Sequence[float], size: tuple[int, int]) -> Float32:
@@ -117,16 +121,20 @@ def _kind(reading: RodReading) -> int:
     return {RodState.EMPTY: EMPTY, RodState.FULL: FULL}.get(reading.state, OTHER) if sure else OTHER
 
 
-def _whole_patch(count: np.ndarray, centre: Sequence[int], reach: int) -> np.ndarray:
-    """(P, P): counts around a pixel, 0 beyond the raster. The least of each pixel's neighbours, for patches lie between
-    pixels."""
+def _whole_patch(raster: np.ndarray, centre: Sequence[int], reach: int) -> np.ndarray:
+    """(P, P): a raster of bytes around a pixel, 0 beyond it."""
     x, y = centre
     out = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
     x0, y0 = max(0, x - reach), max(0, y - reach)
-    x1, y1 = min(count.shape[1], x + reach + 1), min(count.shape[0], y + reach + 1)
+    x1, y1 = min(raster.shape[1], x + reach + 1), min(raster.shape[0], y + reach + 1)
     if x0 < x1 and y0 < y1:
-        out[y0 - y + reach : y1 - y + reach, x0 - x + reach : x1 - x + reach] = count[y0:y1, x0:x1]
-    return np.asarray(cv2.erode(out, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0))
+        out[y0 - y + reach : y1 - y + reach, x0 - x + reach : x1 - x + reach] = raster[y0:y1, x0:x1]
+    return out
+
+
+def _eroded(count: np.ndarray) -> np.ndarray:
+    """The least of each pixel's neighbours, for patches lie between pixels."""
+    return np.asarray(cv2.erode(count, np.ones((3, 3), np.uint8), borderType=cv2.BORDER_CONSTANT, borderValue=0))
 
 
 def _nearest_to_own(sites: Sites, which: Int, reach: int, metres_per_pixel: float) -> Bool:

@@ -20,13 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frames import footprint_pond, image_to_raster_affine, pond_to_raster, raster_size_px
-from .values import Camera, Float, Image, Pond, Rect
+from .values import Bool, Camera, Float, Image, Pond, Rect
 
 _DEPTH = 11  # looks at a pixel that are held; further ones are left out
 _BAND_PX = 1_000_000
 _LIGHT_PX = 20  # of the raster: over which looks are brought to one light
 _COARSE = 4  # pixels a side that the light is worked out on
 _MOST_GAIN = 2.5
+_BURNT = 248  # grey levels, from which a colour may be brighter than the camera can tell
+_BURNT_SHARE = 0.2  # of the looks
 _RIM_PX = 2  # of a snapshot's border that is left out
 
 
@@ -41,24 +43,28 @@ class Look:
 @dataclass(frozen=True, slots=True, eq=False)
 class Consensus:
     """image: (h, w, 3), BGR, the median; 0 where nothing was seen. count: (h, w), looks that it is of, at most
-    `_DEPTH`. metres_per_pixel: of the raster."""
+    `_DEPTH`. burnt: (h, w), where a colour may be brighter than some looks can tell. metres_per_pixel: of the raster.
+    warps: the looks as they lie in it."""
 
     image: Image
     count: NDArray[np.uint8]
+    burnt: Bool
     metres_per_pixel: float
+    warps: tuple[Warp, ...]
 
 
 def consensus(looks: Sequence[Look], camera: Camera, pond: Pond, metres_per_pixel: float) -> Consensus:
     """The median of the looks at every pixel of a raster over the pond."""
     width, height = raster_size_px(pond, metres_per_pixel)
-    warps = [Warp.of(look, camera, pond, metres_per_pixel) for look in looks]
+    warps = tuple(Warp.of(look, camera, pond, metres_per_pixel) for look in looks)
     image, count = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.uint8)
+    burnt = np.zeros((height, width), bool)
     rows = max(1, _BAND_PX // width)
     for top in range(0, height, rows):
         band = Rect(0, top, width, min(rows, height - top))
         part = slice(top, top + band.height)
-        image[part], count[part] = _of_band([w for w in warps if w.part(band)], band)
-    return Consensus(image, count, metres_per_pixel)
+        image[part], count[part], burnt[part] = _of_band([w for w in warps if w.part(band)], band)
+    return Consensus(image, count, burnt, metres_per_pixel, warps)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,24 +106,27 @@ class Warp:
         return np.asarray(cv2.warpAffine(image, self.back, size, flags=flags, borderMode=cv2.BORDER_CONSTANT), np.uint8)
 
 
-def _of_band(warps: Sequence[Warp], band: Rect) -> tuple[Image, NDArray[np.uint8]]:
-    """The median of a band, and of how many looks."""
+def _of_band(warps: Sequence[Warp], band: Rect) -> tuple[Image, NDArray[np.uint8], Bool]:
+    """The median of a band, of how many looks, and where some of them are burnt."""
     parts = [part for warp in warps if (part := _part(warp, band)) is not None]
-    mean = _mean(parts, band)
+    mean, burnt = _mean(parts, band)
     stack = np.zeros((_DEPTH, band.height, band.width), np.uint32)  # four bytes a pixel move as one
     count = np.zeros((band.height, band.width), np.uint8)
+    place = np.arange(count.size).reshape(count.shape)
     for rows, columns, bgra in parts:
         lit = in_light_of(bgra, mean[rows, columns]).view(np.uint32)[..., 0]
         slot = count[rows, columns]
-        y, x = np.nonzero((bgra[..., 3] == 255) & (slot < _DEPTH))
-        stack[slot[y, x], rows.start + y, columns.start + x] = lit[y, x]
-        slot[y, x] += 1
+        free = (bgra[..., 3] == 255) & (slot < _DEPTH)
+        which = np.flatnonzero(free)
+        at = place[rows, columns].reshape(-1)[which] + slot.reshape(-1)[which] * np.int64(count.size)
+        stack.reshape(-1)[at] = lit.reshape(-1)[which]
+        slot += free
     for slot_number in range(_DEPTH):  # what was not seen is darkest and brightest in turn: it outweighs itself
         for turn, filler in enumerate((0, 0xFFFFFFFF)):
             absent = (count <= slot_number) & ((slot_number - count) % 2 == turn)
             stack[slot_number][absent] = filler
     middle = _median(stack.view(np.uint8).reshape(*stack.shape, 4))[..., :3]
-    return np.where((count > 0)[..., None], middle, np.uint8(0)), count
+    return np.where((count > 0)[..., None], middle, np.uint8(0)), count, burnt
 
 
 def _part(warp: Warp, band: Rect) -> tuple[slice, slice, Image] | None:
@@ -129,27 +138,29 @@ def _part(warp: Warp, band: Rect) -> tuple[slice, slice, Image] | None:
     return part[1], columns, np.ascontiguousarray(warp.drawn()[part[0]])
 
 
-def _mean(parts: Sequence[tuple[slice, slice, Image]], band: Rect) -> Image:
-    """(h, w, 4): the plain mean of a band's looks."""
+def _mean(parts: Sequence[tuple[slice, slice, Image]], band: Rect) -> tuple[Image, Bool]:
+    """(h, w, 4): the plain mean of a band's looks; and (h, w), where some of them are burnt."""
     total = np.zeros((band.height, band.width, 4), np.float32)
+    burnt = np.zeros((band.height, band.width), np.uint8)
     for rows, columns, bgra in parts:
         seen = (bgra[..., 3:] == 255).astype(np.float32)
         total[rows, columns] += cv2.multiply(bgra, cv2.merge([seen] * 4), dtype=cv2.CV_32F)
+        within = cv2.inRange(bgra, (0, 0, 0, 0), (_BURNT - 1, _BURNT - 1, _BURNT - 1, 255))
+        burnt[rows, columns] += within == 0
     share = np.maximum(total[..., 3:], 1) / 255
-    return (total / share + 0.5).clip(0, 255).astype(np.uint8)
+    return (total / share + 0.5).clip(0, 255).astype(np.uint8), burnt > _BURNT_SHARE * share[..., 0]
 
 
 def in_light_of(bgra: Image, mean: Image) -> Image:
     """An image (h, w, 4) brought to the light of a mean, over `_LIGHT_PX`, by a gain for each colour."""
     size = (max(1, bgra.shape[1] // _COARSE), max(1, bgra.shape[0] // _COARSE))
-    mask = (bgra[..., 3:] == 255).astype(np.float32)
-    both = [cv2.resize(part[..., :3] * mask, size, interpolation=cv2.INTER_AREA) for part in (bgra, mean)]
+    mask = np.where(bgra[..., 3] == 255, np.uint8(255), np.uint8(0))
+    seen = (cv2.bitwise_and(part, part, mask=mask).astype(np.float32) for part in (bgra, mean))
+    both = (cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in seen)
     own, common = (cv2.blur(part, (_LIGHT_PX // _COARSE, _LIGHT_PX // _COARSE)) for part in both)
-    gain = np.clip((common + 1) / (own + 1), 1 / _MOST_GAIN, _MOST_GAIN)
+    gain = np.clip((common + 1) / (own + 1), 1 / _MOST_GAIN, _MOST_GAIN)  # of alpha it is 1
     fine = cv2.resize(gain, bgra.shape[1::-1], interpolation=cv2.INTER_LINEAR)
-    out = bgra.copy()
-    out[..., :3] = cv2.multiply(bgra[..., :3], fine, dtype=cv2.CV_8U)
-    return out
+    return np.asarray(cv2.multiply(bgra, fine, dtype=cv2.CV_8U), np.uint8)
 
 
 def _median(stack: NDArray[np.uint8]) -> Image:

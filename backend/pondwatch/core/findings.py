@@ -16,36 +16,28 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from .cells import Cells, cut, pitch_of, sites_of
-from .consensus import Look, consensus
-from .frames import image_to_raster_affine, pond_to_raster, raster_to_pond
+from .cells import cut, pitch_of, sites_of
+from .consensus import Look, Warp, consensus
+from .floormaps import Maps, Region, regions_of, surroundings
+from .frames import pond_to_raster, raster_to_pond
 from .mosaic import default_metres_per_pixel
 from .offsets import Offsets, measured, settled
-from .residual import Residuals, residuals
-from .values import Bool, Camera, Float, Float32, Image, Int, Pond, RodReading
+from .residual import residuals
+from .values import Camera, Pond, RodReading
+from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, shares
 
-SIGNIFICANT = 15.0  # standard deviations; clean simulated ponds, clear and murky, stay under it but for what looks deny
-AGREE = 0.75  # of the looks at a place that must show it
-HALF_SEEN = 0.5  # of the consensus: from which a look shows a thing
 DISPLACED_SIGMA = 8.0
 LEAST_OFFSET_PX = 0.15
 DRAWN_ALONG = 0.03  # of an offset that the neighbours of a rod may still seem to have of it
 OFFSET_ERROR = 0.1  # of an offset: what making it whole leaves in doubt
 MOST_FINDINGS = 200
 _PITCH_PX = 64.0  # the raster need not be finer
-_LEAST_LOOKS = 3
-_MARGIN_PX = 3
-_SURROUND_PX = 4
-_SEEN = 0.7  # of a thing's pixels that a look must show to have a say
 _CLAIM = 0.5  # of the significance of what claims a cell: weaker things in it belong to that
 _MOST_PIXELS = 500
-_DARK = 60.0  # grey levels, of three colours: darker floor is not held to its own share of light
 
 
 class Kind(enum.StrEnum):
@@ -88,52 +80,6 @@ class Condition:
 NOTHING = Condition((), None, 0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Maps:
-    """Of the raster: z (h, w), grey (h, w, 3), expected (h, w, 3), 0 where not examined (h, w). metres_per_pixel."""
-
-    z: Float32
-    grey: NDArray[np.int16]
-    expected: Image
-    examined: Bool
-    metres_per_pixel: float
-
-    @classmethod
-    def blank(cls, shape: tuple[int, ...], metres_per_pixel: float) -> _Maps:
-        """Nothing was examined."""
-        grey, expected = np.zeros((*shape, 3), np.int16), np.zeros((*shape, 3), np.uint8)
-        return cls(np.zeros(shape, np.float32), grey, expected, np.zeros(shape, bool), metres_per_pixel)
-
-    def put(self, cells: Cells, left: Residuals) -> None:
-        """Take over what was examined of cells."""
-        reach, (height, width) = cells.reach, self.z.shape
-        for k, (x, y) in enumerate(np.round(cells.centre_px).astype(int).tolist()):
-            x0, y0, x1, y1 = max(0, x - reach), max(0, y - reach), min(width, x + reach + 1), min(height, y + reach + 1)
-            if x0 >= x1 or y0 >= y1:
-                continue
-            here = slice(y0, y1), slice(x0, x1)
-            part = slice(y0 - y + reach, y1 - y + reach), slice(x0 - x + reach, x1 - x + reach)
-            mine = left.examined[k][part]
-            self.z[here][mine] = left.z[k][part][mine]
-            self.grey[here][mine] = np.round(left.grey[k][part][mine])
-            self.expected[here][mine] = np.clip(np.round(left.expected[k][part][mine]), 0, 255)
-            self.examined[here] |= mine
-
-    def strength(self, here: tuple[slice, slice]) -> Float32:
-        """(h, w): the residual as a share of the light that was expected."""
-        grey, expected = self.grey[here].astype(np.float32), self.expected[here].astype(np.float32)
-        share = np.linalg.norm(grey, axis=2) / (np.linalg.norm(expected, axis=2) + _DARK)
-        return np.asarray(cv2.GaussianBlur(share, (0, 0), 0.8), np.float32)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Region:
-    """Pixels (N, 2), x and y, of a thing; peak: its significance."""
-
-    pixels: Int
-    peak: float
-
-
 def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodReading]) -> Condition:
     """Look over a pond.
 
@@ -141,11 +87,11 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
         looks: snapshots that lie surely where they are said to.
         rods: a reading for every rod of the layout, in its order.
     """
-    if not pond.rods or len(looks) < _LEAST_LOOKS:
+    if not pond.rods or len(looks) < LEAST_LOOKS:
         return NOTHING
     scale = _scale(camera, pond)
     agreed = consensus(looks, camera, pond, scale)
-    sites, maps = sites_of(pond, rods), _Maps.blank(agreed.count.shape, scale)
+    sites, maps = sites_of(pond, rods), Maps.blank(agreed.count.shape, scale)
     off, at_rod = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods))
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
@@ -156,8 +102,7 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     offsets = settled(off, at_rod, looks, camera, pond, scale)
     moved = _displaced(offsets, pond, scale)
     _let_go_of(maps, moved, pond)
-    regions = _regions(maps)
-    things = _unclaimed([_thing(region, maps, looks, camera, pond) for region in regions], sites.pitch)
+    things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions_of(maps)], sites.pitch)
     found = sorted([*moved, *things], key=lambda f: (-f.significance, f.x_m, f.y_m))[:MOST_FINDINGS]
     return Condition(tuple(found), offsets, float(maps.examined.mean()))
 
@@ -189,7 +134,7 @@ def _displaced(offsets: Offsets, pond: Pond, scale: float) -> list[Finding]:
     return out
 
 
-def _let_go_of(maps: _Maps, moved: Sequence[Finding], pond: Pond) -> None:
+def _let_go_of(maps: Maps, moved: Sequence[Finding], pond: Pond) -> None:
     """Around a rod that stands off, the layout explains nothing."""
     mask = np.zeros(maps.z.shape, np.uint8)
     for finding in moved:
@@ -199,27 +144,6 @@ def _let_go_of(maps: _Maps, moved: Sequence[Finding], pond: Pond) -> None:
         cv2.circle(mask, (round(float(at[0])), round(float(at[1]))), radius, 1, -1)
     maps.z[mask > 0] = 0
     maps.examined[mask > 0] = False
-
-
-def _regions(maps: _Maps) -> list[_Region]:
-    """Where the residual is significant, each with the pixels of at least half its strength."""
-    over = (maps.z > SIGNIFICANT).astype(np.uint8)
-    if not over.any():
-        return []
-    joined = cv2.dilate(over, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN_PX + 1,) * 2))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(joined)
-    regions = []
-    for label in range(1, count):
-        x, y, wide, tall = stats[label, :4].tolist()
-        here = slice(y, y + tall), slice(x, x + wide)
-        mine = (labels[here] == label) & maps.examined[here]
-        part = np.where(mine, maps.strength(here), np.float32(0))
-        core = part > 0.5 * np.percentile(part[mine], 98)
-        rows, columns = np.nonzero(core)
-        peak = float(maps.z[here][mine].max())
-        if len(rows):
-            regions.append(_Region(np.stack([columns + x, rows + y], axis=1), peak))
-    return sorted(regions, key=lambda r: -r.peak)[:MOST_FINDINGS]
 
 
 def _unclaimed(things: Sequence[Finding | None], pitch_m: float) -> list[Finding]:
@@ -236,71 +160,24 @@ def _unclaimed(things: Sequence[Finding | None], pitch_m: float) -> list[Finding
     return kept
 
 
-def _thing(region: _Region, maps: _Maps, looks: Sequence[Look], camera: Camera, pond: Pond) -> Finding | None:
+def _thing(region: Region, maps: Maps, warps: Sequence[Warp], pond: Pond) -> Finding | None:
     """The finding of a region; None where the looks do not bear it out."""
     some = region.pixels[:: max(1, len(region.pixels) // _MOST_PIXELS)]
-    around = _surroundings(region, maps)
+    shown = shares(warps, some, surroundings(region, maps), maps)
     at = raster_to_pond(region.pixels.mean(axis=0), pond, maps.metres_per_pixel)
-    shown = [s for look in looks if (s := _shown(look, some, around, maps, camera, pond, at)) is not None]
-    agreeing = sum(s > HALF_SEEN for s in shown)
-    if len(shown) < _LEAST_LOOKS or agreeing < AGREE * len(shown):
+    if not is_borne_out(shown, region.peak):
         return None
     size_m = 2 * float(np.sqrt(len(region.pixels) / np.pi)) * maps.metres_per_pixel
     nearest = min(pond.rods, key=lambda r: (r.x_m - at[0]) ** 2 + (r.y_m - at[1]) ** 2)
-    confidence = (agreeing + 1) / (len(shown) + 2)
+    count = agreeing(shown)
+    confidence = (count + 1) / (len(shown) + 2)
     return Finding(
-        _kind(region, maps), float(at[0]), float(at[1]), size_m, confidence, region.peak, len(shown), agreeing,
+        _kind(region, maps), float(at[0]), float(at[1]), size_m, confidence, region.peak, len(shown), count,
         nearest.id,
     )  # fmt: skip
 
 
-def _surroundings(region: _Region, maps: _Maps) -> Int:
-    """(M, 2): pixels near a region where nothing is found, by which a look's light is judged."""
-    reach = _SURROUND_PX + round(0.25 * float(np.ptp(region.pixels, axis=0).max()))
-    low = np.maximum(region.pixels.min(axis=0) - 2 * reach, 0)
-    high = region.pixels.max(axis=0) + 2 * reach + 1
-    here = slice(low[1], high[1]), slice(low[0], high[0])
-    own = np.zeros(maps.z[here].shape, np.uint8)
-    own[region.pixels[:, 1] - low[1], region.pixels[:, 0] - low[0]] = 1
-    ring = cv2.dilate(own, np.ones((2 * reach + 1,) * 2, np.uint8))
-    ring[cv2.dilate(own, np.ones((5, 5), np.uint8)) > 0] = 0
-    rows, columns = np.nonzero((ring > 0) & maps.examined[here] & (maps.z[here] < SIGNIFICANT / 2))
-    found = np.stack([columns, rows], axis=1) + low
-    return np.asarray(found[:: max(1, len(found) // _MOST_PIXELS)], np.int64)
-
-
-def _shown(look: Look, pixels: Int, around: Int, maps: _Maps, camera: Camera, pond: Pond, at: Float) -> float | None:
-    """How much of what the consensus shows at some pixels one look shows: 1 all, 0 nothing; None out of its view."""
-    reach = np.hypot(camera.width_px, camera.height_px) * camera.metres_per_pixel
-    if np.hypot(*(look.pose_pond[:2] - at)) > reach:
-        return None
-    there = np.vstack([image_to_raster_affine(look.pose_pond, camera, pond, maps.metres_per_pixel), [0, 0, 1]])
-    back = np.linalg.inv(there)[:2]
-    values, inside = _sampled(look.image, pixels @ back[:, :2].T + back[:, 2])
-    if inside.mean() < _SEEN:
-        return None
-    pixels, values = pixels[inside], values[inside]
-    gain = np.ones(3)
-    if len(around) >= 8:
-        near, known = _sampled(look.image, around @ back[:, :2].T + back[:, 2])
-        if known.sum() >= 8:
-            expected = maps.expected[around[known, 1], around[known, 0]]
-            gain = np.median(near[known], axis=0) / np.maximum(np.median(expected, axis=0), 1)
-    x, y = pixels.T
-    wanted = maps.grey[y, x].mean(axis=0)
-    left = (values / np.maximum(gain, 0.1) - maps.expected[y, x]).mean(axis=0)
-    return float(left @ wanted / max(float(wanted @ wanted), 1e-6))
-
-
-def _sampled(image: Image, at: NDArray[Any]) -> tuple[Float, Bool]:
-    """(N, 3) values at (N, 2) points of an image, and which lie inside it."""
-    inside = np.all((at >= 1) & (at <= np.array(image.shape[1::-1]) - 2), axis=1)
-    points = at.astype(np.float32)[None]
-    values = cv2.remap(image, points[..., 0], points[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return values[0].astype(np.float64), np.asarray(inside)
-
-
-def _kind(region: _Region, maps: _Maps) -> Kind:
+def _kind(region: Region, maps: Maps) -> Kind:
     """A stain takes light of every colour, and the floor shows through it or it fades out; all else is an object."""
     x, y = region.pixels.T
     grey, expected = maps.grey[y, x].astype(np.float64), maps.expected[y, x].astype(np.float64)

@@ -15,9 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from .cells import Cells
 from .consensus import Look
@@ -26,10 +29,12 @@ from .residual import Residuals
 from .values import Bool, Camera, Float, Float32, Int, Pond
 
 _RING = 1.12  # outer radii: how far a ring is looked at
+_CLEAR_PX = 5  # round a ring: what interpolation and slopes reach for
 _LEAST_SEEN = 0.4  # of a ring's pixels
 _ROUNDS = 15
-_MISFIT = 4.0  # standard deviations, of a tenth of a ring: from which it is looked for in whole pixels
-_CLOSE_PX = 0.004
+_MISFIT, _MISFIT_SHARE = 4.0, 0.1  # standard deviations, of so much of a ring: then it is looked for in whole pixels
+_GRID_PX = 1 / 32  # warps are no finer: a step is taken from where the model really is
+_CLOSE_PX = 0.05  # the error that such a step leaves is of its second order
 _SURE_SIGMA = 6.0  # from which a rod is taken to stand off when its neighbours are judged
 _MOST_OFF = 100  # rods that may stand off at once
 _ECHO = 0.1  # of the greatest offset: below it what a rod seems to be off may be another's doing
@@ -53,8 +58,19 @@ def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float
     for k, rod in enumerate(cells.rod.tolist()):
         if rod >= 0:
             inner, outer = (getattr(pond.rods[rod], n) for n in ("inner_radius_m", "outer_radius_m"))
-            out[k] = _moved(cells, found, k, inner / metres_per_pixel, outer / metres_per_pixel)
+            ring = _ring(cells.reach, inner / metres_per_pixel, outer / metres_per_pixel)
+            out[k] = _moved(cells.value[k], found.expected[k], found.examined[k], found.z[k], ring)
     return np.asarray(out * (metres_per_pixel, -metres_per_pixel))
+
+
+@lru_cache(maxsize=8)
+def _ring(reach: int, inner_px: float, outer_px: float) -> Bool:
+    """(P, P): which pixels of a patch a ring in its middle covers."""
+    steps = np.arange(-reach, reach + 1)
+    radius = np.hypot(steps[None, :], steps[:, None])
+    ring = (radius > inner_px + 1.5) & (radius < _RING * outer_px)
+    ring.flags.writeable = False
+    return np.asarray(ring)
 
 
 def settled(
@@ -71,23 +87,30 @@ def settled(
     return Offsets(_made_whole(moved, sigma, looks, camera, pond), sigma, at_rod)
 
 
-def _moved(cells: Cells, found: Residuals, k: int, inner_px: float, outer_px: float) -> Float:
+def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: Bool) -> Float:
     """(2,), px right and down: how far a ring lies from the middle of its patch; NaN where it cannot be told."""
-    steps = np.arange(-cells.reach, cells.reach + 1)
-    radius = np.hypot(steps[None, :], steps[:, None])
-    ring = (radius > inner_px + 1.5) & (radius < _RING * outer_px)
-    usable = found.examined[k] & ring
+    usable = examined & ring
     if usable.sum() < _LEAST_SEEN * ring.sum():
         return np.full(2, np.nan)
+    reach = len(ring) // 2
+    half = int(np.abs(np.argwhere(ring.any(axis=0)) - reach).max()) + _CLEAR_PX
     at = np.zeros(2)
-    if np.percentile(found.z[k][usable], 90) > _MISFIT:
-        at = _whole_pixels(cells.value[k], found.expected[k], found.examined[k], ring)
+    if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
+        at = _whole_pixels(value, expected, examined, ring)
     for _ in range(_ROUNDS):
-        step = _step(cells.value[k], found.expected[k], found.examined[k], ring, at)
-        at = at + np.clip(step, -1, 1)
+        from_there = np.round(at / _GRID_PX) * _GRID_PX
+        near = _around(reach, half + int(np.abs(at).max()))
+        step = np.clip(_step(value[near], expected[near], examined[near], ring[near], from_there), -1, 1)
+        at = from_there + step
         if np.abs(step).max() < _CLOSE_PX:
             break
-    return at if np.hypot(*at) < cells.reach else np.full(2, np.nan)
+    return at if np.hypot(*at) < reach else np.full(2, np.nan)
+
+
+def _around(reach: int, half: int) -> tuple[slice, slice]:
+    """The middle of a patch, `half` px each way."""
+    part = slice(max(0, reach - half), reach + half + 1)
+    return part, part
 
 
 def _whole_pixels(value: Float32, expected: Float32, seen: Bool, ring: Bool) -> Float:
@@ -114,21 +137,24 @@ def _step(value: Float32, expected: Float32, seen: Bool, ring: Bool, at: Float) 
     if len(rows) < 40:
         return np.zeros(2)
     model = cv2.warpAffine(expected, there, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
-    slope_x = cv2.Scharr(model, cv2.CV_32F, 1, 0).reshape(-1, 3)[rows] / 32
-    slope_y = cv2.Scharr(model, cv2.CV_32F, 0, 1).reshape(-1, 3)[rows] / 32
-    m, v = model.reshape(-1, 3)[rows], value.reshape(-1, 3)[rows]
-    m0, v0 = (a - a.mean(axis=0) for a in (m, v))
-    gain = np.clip((m0 * v0).sum(axis=0) / np.maximum((m0 * m0).sum(axis=0), 1e-3), 0.3, 3)
-    off = (v0 - gain * m0).ravel()
-    design = -np.stack([(gain * (s - s.mean(axis=0))).ravel() for s in (slope_x, slope_y)], axis=1)
+    slopes = (cv2.Scharr(model, cv2.CV_32F, *way) for way in ((1, 0), (0, 1)))
+    m, v, *slope = (_levelled(part, rows) for part in (model, value, *slopes))
+    gain = np.clip((m * v).sum(axis=1) / np.maximum((m * m).sum(axis=1), 1e-3), 0.3, 3)[:, None]
+    off = (v - gain * m).ravel()
+    design = np.stack([(gain / -32 * s).ravel() for s in slope])  # (2, N): 32 is Scharr's own factor
     step = np.zeros(2)
     for _ in range(2):
-        left = off - design @ step
+        left = off - step @ design
         scale = max(0.5, 1.4826 * float(np.partition(np.abs(left), len(left) // 2)[len(left) // 2]))
-        say = 1 / (1 + (left / (2 * scale)) ** 2)
-        weighted = design * say[:, None]
-        step = np.linalg.solve(weighted.T @ design + 1e-3 * np.eye(2), weighted.T @ off)
+        weighted = design / (1 + (left / (2 * scale)) ** 2)
+        step = np.linalg.solve(weighted @ design.T + 1e-3 * np.eye(2), weighted @ off)
     return np.asarray(step, np.float64)
+
+
+def _levelled(part: NDArray[Any], rows: Int) -> Float32:
+    """(3, N): some pixels of (P, P, 3), less their mean, colour by colour."""
+    chosen = np.ascontiguousarray(part.reshape(-1, 3)[rows].T)
+    return np.asarray(chosen - chosen.mean(axis=1, keepdims=True))
 
 
 def _sigma(moved: Float, looks: Float, least_m: float) -> Float:

@@ -22,6 +22,9 @@ _MOST_TO_LEARN = 60
 _LEAST_SIGMA = 0.8  # grey levels
 _ROUNDS = 2
 _STIFF = np.array([20.0, 20.0, 20.0, 1e-3], np.float32)  # holds a light that a cell says nothing of
+_FIVE = np.ones((5, 5), np.uint8)
+_BRIGHT = 200.0  # grey levels, from which a colour may be burnt in some of the looks
+_LEAST_INSIDE = 0.6  # of the inside of a rod that must be seen to say how bright it is
 _RIM_PX = 1.5  # round the inner circle, which belongs to neither side
 
 
@@ -70,10 +73,29 @@ def residuals(cells: Cells, inner_px: float) -> Residuals:
     for k, kind in enumerate(cells.kind.tolist()):
         if kind in looks:
             examined[k] = cells.seen[k] & areas[kind]
-            fit_area = examined[k] & (outside | (kind == VACANT))
+            fit_area = examined[k] & (outside | (kind == VACANT)) & ~cells.burnt[k]
             expected[k] = _relit(cells.value[k], looks[kind], fit_area, light)
+            if kind in (EMPTY, FULL):
+                _level(cells.value[k], expected[k], examined[k] & inside, inside)
+            examined[k] = _less_burnt(examined[k], cells.burnt[k], expected[k])
     grey = np.where(examined[..., None], cells.value - expected, np.float32(0))
     return Residuals(_significance(cells, grey, examined), grey, examined, expected)
+
+
+def _level(value: Float32, expected: Float32, area: Bool, inside: Bool) -> None:
+    """Take the inside of a rod to be as bright as it is: how dark it is as a whole, its reading tells. In place."""
+    if area.sum() > _LEAST_INSIDE * inside.sum():
+        expected[inside] += np.median(value[area] - expected[area], axis=0)
+
+
+def _less_burnt(area: Bool, burnt: Bool, expected: Float32) -> Bool:
+    """(P, P): an area without the places where looks are burnt as they should be, for how bright it is there is not
+    known; nor what lies next to them, nor slivers between them."""
+    bright = burnt & (expected > _BRIGHT).any(axis=2)
+    if not bright.any():
+        return area
+    left = area & (cv2.dilate(bright.astype(np.uint8), _FIVE) == 0)
+    return np.asarray(cv2.morphologyEx(left.astype(np.uint8), cv2.MORPH_OPEN, _FIVE) > 0)
 
 
 def _well_seen(cells: Cells, area: Bool) -> Bool:
@@ -133,28 +155,32 @@ def _relit(value: Float32, look: Float32, area: Bool, light: Float32) -> Float32
 def _fit_light(value: Float32, look: Float32, area: Bool, light: Float32) -> tuple[Float32, Float32]:
     """(P, P, 3) gain and (3,) level by which `look` becomes `value`: least squares, reweighted so that it lets go of
     what does not fit, over every third pixel each way; a gain that slopes, and a level, for each colour."""
-    every = np.zeros_like(area)
-    every[::3, ::3] = True
-    rows = np.flatnonzero((area & every).ravel())
+    rows = _every_third(area)
     if len(rows) < 40:
         return np.ones_like(look), np.zeros(3, np.float32)
-    model, target = (part.reshape(-1, 3)[rows].T for part in (look, value))
-    slopes = light.reshape(-1, 3)[rows]
-    design = np.concatenate([model[..., None] * slopes, np.ones((*model.shape, 1), np.float32)], axis=2)  # (3, N, 4)
+    model, target = (np.ascontiguousarray(part.reshape(-1, 3)[rows].T) for part in (look, value))
+    design = np.ones((3, 4, len(rows)), np.float32)
+    design[:, :3] = model[:, None] * light.reshape(-1, 3)[rows].T
     say, x = np.ones_like(model), np.zeros((3, 4), np.float32)
     for _ in range(2):
-        weighted = design * say[..., None]
-        normal = weighted.transpose(0, 2, 1) @ design + np.diag(_STIFF)
-        x = np.linalg.solve(normal, (weighted * (target - model)[..., None]).sum(axis=1)[..., None])[..., 0]
-        off = np.abs(target - model - (design @ x[..., None])[..., 0])
+        weighted = design * say[:, None]
+        normal = weighted @ design.transpose(0, 2, 1) + np.diag(_STIFF)
+        x = np.linalg.solve(normal, weighted @ (target - model)[..., None])[..., 0]
+        off = np.abs(target - model - (x[:, None] @ design)[:, 0])
         scale = 4 * np.maximum(_LEAST_SIGMA, 1.4826 * np.partition(off, len(rows) // 2, axis=1)[:, len(rows) // 2])
         say = np.clip(1 - (off / scale[:, None]) ** 2, 0, 1) ** 2
     return light @ x[:, :3].T + np.array(1, np.float32), x[:, 3]
 
 
+def _every_third(area: Bool) -> Int:
+    """Flat indices of every third pixel each way of a patch that lies in an area."""
+    down, right = np.nonzero(area[::3, ::3])
+    return np.asarray(3 * (down * area.shape[1] + right))
+
+
 def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
     """(K, P, P): the greatest over widths of the residual in its standard deviations, the colours together."""
-    best = np.zeros(examined.shape, np.float32)
+    most = np.zeros(examined.shape, np.float32)
     fewer = np.sqrt(np.maximum(1.0, np.median(cells.looks) / np.maximum(cells.looks, 1)))[:, None, None, None]
     for width in WIDTHS_PX:
         smooth = _smoothed(grey, examined, width)
@@ -166,17 +192,19 @@ def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
             some = _spread_evenly(mine)
             sigma = _spread(smooth[some], examined[some], width)
             z = smooth[mine] / (sigma * fewer[mine].astype(np.float32))
-            best[mine] = np.maximum(best[mine], _together(z, examined[mine]))
-    return np.where(examined, best, np.float32(0))
+            most[mine] = np.maximum(most[mine], _together(z, examined[mine]))
+    return np.where(examined, np.sqrt(most), np.float32(0))
 
 
 def _together(z: Float32, examined: Bool) -> Float32:
-    """(K, P, P): three colours' deviations as one. What light does to all colours alike counts for little, what one
-    colour does alone for much (Mahalanobis' distance, by the correlation of what is left where nothing lies)."""
+    """(K, P, P): three colours' deviations as one, squared. What light does to all colours alike counts for little,
+    what one colour does alone for much (Mahalanobis' distance, by the correlation of what is left where nothing
+    lies)."""
     usual = np.clip(z[examined][:: max(1, int(examined.sum()) // 20_000)], -3, 3).astype(np.float64)
     shared = np.corrcoef(usual.T) if len(usual) > 100 else np.eye(3)
-    inverse = np.linalg.inv(0.98 * np.nan_to_num(shared) + 0.02 * np.eye(3)).astype(np.float32)
-    return np.asarray(np.sqrt(np.einsum("kijc,cd,kijd->kij", z, inverse, z, optimize=True) / 3), np.float32)
+    whitened = np.linalg.cholesky(np.linalg.inv(0.98 * np.nan_to_num(shared) + 0.02 * np.eye(3))).T / np.sqrt(3)
+    alone = cv2.transform(z.reshape(1, -1, 3), whitened.astype(np.float32))
+    return np.asarray(cv2.transform(alone * alone, np.ones((1, 3), np.float32)), np.float32).reshape(z.shape[:3])
 
 
 def _smoothed(grey: Float32, examined: Bool, width: float) -> Float32:
