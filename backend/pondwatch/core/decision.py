@@ -21,7 +21,7 @@ NONE_NATS = -9.0  # log prior of lying at no place that was proposed, at least
 HEADING_CLASS_RAD = 0.05  # places whose headings are this near share the likelihood of their looks
 JUDGES = 48  # snapshots that hollow and filled rods are told apart by
 EVEN = 0.35  # a rod whose sectors differ by less from one level is of that level
-IN_VIEW = 0.2  # share of a rod's sectors in view, from which its look counts
+IN_VIEW = 0.12  # share of a rod's sectors in view, from which its look counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)

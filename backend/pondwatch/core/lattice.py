@@ -33,7 +33,7 @@ DOUBTFUL, DOUBTFUL_SHARE = 8, 0.08  # new snapshots in doubt: at least so many, 
 AT_ONCE = 40  # snapshots, up to which `add` decides all together itself
 AT_ONCE_BESIDE = 6  # the same, where somebody calls `deliberate` beside
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
-PLACED_ABOVE = 0.99  # probability
+PLACED_ABOVE = 0.998  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 
