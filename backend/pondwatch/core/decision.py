@@ -219,26 +219,6 @@ def _errors(e: Evidence) -> Float:
     return np.asarray(e.snapshot.pose_pond[:2] - e.places.poses[:, :2])
 
 
-def trust(problem: Problem, decisions: Sequence[Decision]) -> Float:
-    """(N,): probability of the best decision's place for each snapshot.
-
-    Its marginal, less the mass of the other assignments that the search found and that place it elsewhere.
-    """
-    best = decisions[0]
-    own = best.belief[best.choice]
-    weight = np.exp(np.clip([d.score - best.score for d in decisions], -60, 0))
-    other = np.zeros(problem.snapshots)
-    counted: list[Int] = []
-    total = 1.0
-    for d, w in zip(decisions[1:], weight[1:], strict=True):
-        if any((d.choice == c).all() for c in [best.choice, *counted]):
-            continue
-        counted.append(d.choice)
-        other += w * (d.choice != best.choice)
-        total += float(w)
-    return np.asarray(own * (1 - other / total))
-
-
 def known_states(problem: Problem, decision: Decision, sure: Float) -> Float:
     """(R, K): what is known of every rod's state, each snapshot's looks from all its places, as likely as these are.
 

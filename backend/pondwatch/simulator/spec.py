@@ -111,9 +111,11 @@ class SimulationSpec:
                 raise Invalid(f"{name} must be one of {', '.join(words)}, and is {getattr(self, name)!r}.", field=name)
         ranges = {
             "snapshots": (1, 100_000), "robots": (1, 1000), "coverage": (0.01, 1000), "pitch_px": (12, 2000),
-            "outer_radius_pitch": (0.05, 0.5), "inner_radius_pitch": (0.01, 0.99 * self.outer_radius_pitch),
-            "layout_radius": (0.5, 2), "stated_scale": (0.5, 2), "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
-            "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
+            "outer_radius_pitch": (0.05, 0.5),
+            "inner_radius_pitch": (0.01, 0.99 * self.outer_radius_pitch), "layout_radius": (0.5, 2),
+            "stated_scale": (0.5, 2), "missing": (0, 1), "outliers": (0, 1),
+            "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi), "claim": (0, 100),
+            "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
             "margin_px": (0, 0.45 * min(self.pond_size_m) / self.camera.metres_per_pixel),
             "pond_seed": (-1, 2**63 - 1), "changed": (0, 100_000),
             "objects": (0, 10_000), "object_px": (0.5, 500), "stains": (0, 10_000), "stain_px": (0.5, 2000),
