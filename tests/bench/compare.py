@@ -22,6 +22,7 @@ from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.layouts import document_of, lattice
 from pondwatch.core.values import Image, Pond
 from pondwatch.jobs import registering
+from pondwatch.store import registrations
 from pondwatch.store import sessions as session_store
 from pondwatch.store.store import Store
 from tests.fakes.inspections import floor, readings, stored
@@ -35,7 +36,7 @@ SCALE_M = 0.00035  # 12 megapixels of the pond above
 CHANGED = 20
 ASKED, OPENED = 40, 7
 WEEK_MS = 7 * 86_400_000
-LIMITS = {"compare": 50.0, "history": 50.0, "reconcile": 3000.0, "page": 2000.0}
+LIMITS = {"another": 50.0, "compare": 50.0, "history": 50.0, "reconcile": 3000.0, "page": 2000.0}
 EXPLAINED = """\
 A database of {sessions} finished inspections of one pond of {rods} rods, and the two newest with mosaics of
 {megapixels} megapixels each, between which {changed} rods changed. Every request goes over one connection that is kept,
@@ -47,11 +48,12 @@ changes are found is measured by {pairs}."""
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """What was put into the database: the pond's id, and the two newest sessions of it."""
+    """What was put into the database: the pond's id, the two newest sessions of it, and all before them."""
 
     pond: str
     before: str
     after: str
+    earlier: tuple[str, ...]
 
 
 def run() -> None:
@@ -86,10 +88,12 @@ def fill(data: Path, pond: Pond, sessions: int, scale_m: float, changed: int = C
     """Put inspections into a data folder, a week apart; each saw most of the rods."""
     random = np.random.default_rng(7)
     letters = random.choice(list("EFP"), len(pond.rods), p=(0.3, 0.6, 0.1))
+    earlier = list[str]()
     with Store(data, f"sqlite:///{data}/pondwatch.sqlite") as store:
         for week in range(sessions - 2):
             seen = np.where(random.random(len(letters)) < 0.05, "?", letters)
-            _keep(store, pond, "".join(seen), week, scale_m, np.zeros((1, 1, 4), np.uint8))
+            earlier.append(_keep(store, pond, "".join(seen), week, scale_m, np.zeros((1, 1, 4), np.uint8)))
+            _lies_where_it_should(store, earlier[-1], len(pond.rods))
         before = _keep(
             store, pond, "".join(letters), sessions - 2, scale_m, picture(pond, "".join(letters), scale_m, 1)
         )
@@ -100,7 +104,13 @@ def fill(data: Path, pond: Pond, sessions: int, scale_m: float, changed: int = C
             registering.prepare(store, session)  # as at the end of every inspection
         pond_id = store.read(lambda c: session_store.get(c, after)).pond_id
     assert pond_id
-    return Stored(pond_id, before, after)
+    return Stored(pond_id, before, after, tuple(earlier))
+
+
+def _lies_where_it_should(store: Store, session: str, n_rods: int) -> None:
+    """What the end of an inspection would have found out of its mosaic, had it one."""
+    revision = store.read(lambda c: session_store.get(c, session)).revision
+    store.write(lambda c: registrations.write(c, session, revision, np.zeros((n_rods, 2))))
 
 
 def _keep(store: Store, pond: Pond, letters: str, week: int, scale_m: float, mosaic: Image) -> str:
@@ -132,7 +142,15 @@ def asked(client: httpx.Client, kept: Stored, pond: Pond, times: int) -> dict[st
         found = client.get(f"/api/sessions/{kept.after}/reconcile", params={"inventory": made["id"]}).json()
         assert sum(found["counts"].values()) == found["total"] == len(pond.rods)
 
+    weeks = iter(zip(kept.earlier, kept.earlier[1:], strict=False))
+
+    def another() -> None:
+        base, with_ = next(weeks)
+        told = client.get("/api/compare", params={"base": base, "with": with_}).raise_for_status().json()
+        assert told["comparable"], told["sentence"]
+
     return {
+        "another": _timed(another, min(times, len(kept.earlier) - 2)),
         "compare": _timed(lambda: client.get("/api/compare", params=compare).raise_for_status(), times),
         "history": _timed(lambda: client.get(f"/api/ponds/{kept.pond}/rods/{rod}/history").raise_for_status(), times),
         "trend": _timed(lambda: client.get(f"/api/ponds/{kept.pond}/trends").raise_for_status(), max(2, times // 8)),
@@ -184,7 +202,8 @@ def _open(browser: Browser, address: str) -> float:
 def rows_of(times: dict[str, list[float]]) -> str:
     """The table: median, 95 % and slowest, ms, beside what is allowed."""
     words = {
-        "compare": "`GET /api/compare`",
+        "another": "`GET /api/compare`, weeks not asked for before",
+        "compare": "`GET /api/compare`, the same two again",
         "history": "one rod through all inspections",
         "trend": "rods by state, the last hundred inspections",
         "reconcile": "reconciled",

@@ -28,6 +28,7 @@ from pondwatch.store.store import Store
 from tests.fakes.inspections import stored
 
 from .pages import ROOT, number, table, write_page
+from .ponds import Kept, Record
 
 FIRST_SEED = 8101
 SMALL = SimulationSpec(margin_px=24.0)
@@ -36,6 +37,8 @@ CLEAR: Mapping[str, Any] = {}
 OTHER: Mapping[str, Any] = {"noise": "drift", "noise_pitch": 0.48, "noise_theta_rad": 0.12}
 MURKY: Mapping[str, Any] = {"water": "murky", "quality": 85}
 PLANTED = (0, 1, 5, 20)
+_PX = ("residual, px", "p95, px")
+HEADS = ("rods", "water", "planted", "seen in both", "listed", "as what they are", "made up", "unsure", *_PX)
 EXPLAINED = """\
 Every row is a pair of inspections of one simulated pond; rows of one water share the first of the two. Both have
 paths, noisy poses, water, light and colours of their own; *planted* is how many rods are filled otherwise in the
@@ -103,27 +106,42 @@ class Twist:
 
 
 def run() -> None:
-    """Measure and write down."""
+    """Measure what is not measured yet, and write all of it down."""
+    kept = Kept("pairs")
+    done = {record["case"]: record for record in kept.records()}
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder), f"sqlite:///{folder}/t.sqlite") as store:
-        rows, bases = list[Found](), dict[int, Inspected]()
+        bases = dict[int, Inspected]()
         for n, pair in enumerate(PAIRS):
-            if pair.seed not in bases:
-                bases[pair.seed] = inspect(store, replace(pair.pond, pond_seed=pair.seed, **pair.base), pair.seed)
-            rows.append(measured(store, pair, bases[pair.seed], pair.seed + 1 + n))
-            print(" | ".join(_line(rows[-1])), flush=True)
-        refused = [(name, *_refusal(store, name)) for name in REFUSED]
-    head = ("rods", "water", "planted", "seen in both", "listed", "as what they are", "made up", "unsure",
-            "residual, px", "p95, px")  # fmt: skip
+            if _case(pair) not in done:
+                if pair.seed not in bases:
+                    bases[pair.seed] = inspect(store, replace(pair.pond, pond_seed=pair.seed, **pair.base), pair.seed)
+                _keep(kept, done, _record(measured(store, pair, bases[pair.seed], pair.seed + 1 + n)))
+        for name in REFUSED:
+            if name not in done:
+                answer, said = _refusal(store, name)
+                _keep(kept, done, {"case": name, "answer": answer, "said": said})
+    rows = [done[_case(pair)] for pair in PAIRS]
     parts = [
         EXPLAINED,
-        table(head, map(_line, rows)),
+        table(HEADS, [[number(row[head]) if head in _PX else str(row[head]) for head in HEADS] for row in rows]),
         _sum(rows),
         "## Pairs that cannot be compared",
-        table(("pair", "answer", "what it says"), refused),
-        "Made by `python -m tests.bench pairs`.",
+        table(("pair", "answer", "what it says"), [(n, done[n]["answer"], done[n]["said"]) for n in REFUSED]),
+        "Made by `python -m tests.bench pairs`, which goes on where it was cut off.",
     ]
     page = write_page("pairs.md", "Two inspections of one pond", parts)
     print(f"{_sum(rows)}\nwritten to {page.relative_to(ROOT)}")
+
+
+def _case(pair: Pair) -> str:
+    """What a pair is called among the kept records."""
+    return f"{pair.seed}, {pair.words}, {pair.planted} planted"
+
+
+def _keep(kept: Kept, done: dict[str, Record], record: Record) -> None:
+    kept.add(record)
+    done[record["case"]] = record
+    print(" | ".join(str(value) for value in record.values()), flush=True)
 
 
 def measured(store: Store, pair: Pair, base: Inspected, seed: int) -> Found:
@@ -167,29 +185,23 @@ def _change(fill: float) -> str:
     return {0.0: "emptied", 1.0: "filled"}.get(fill, "partly")
 
 
-def _line(row: Found) -> tuple[str, ...]:
+def _record(row: Found) -> Record:
+    """A row of the table, by its heads."""
     residual = row.told["residual"]
-    counts = (
-        row.rods,
-        row.pair.words,
-        row.pair.planted,
-        row.in_both,
-        row.listed,
-        row.as_it_is,
-        row.made_up,
-        row.unsure,
+    cells = (row.rods, row.pair.words, row.pair.planted, row.in_both, row.listed, row.as_it_is, row.made_up, row.unsure)
+    return {"case": _case(row.pair)} | dict(
+        zip(HEADS, (*cells, residual["median_px"], residual["p95_px"]), strict=True)
     )
-    return (*map(str, counts), number(residual["median_px"]), number(residual["p95_px"]))
 
 
-def _sum(rows: Sequence[Found]) -> str:
-    both, listed = sum(r.in_both for r in rows), sum(r.listed for r in rows)
-    most = max(r.made_up * 600 / r.rods for r in rows)
-    worst = max(float(r.told["residual"]["median_px"] or np.inf) for r in rows)
+def _sum(rows: Sequence[Record]) -> str:
+    both, listed, made_up, rods = (sum(r[head] for r in rows) for head in ("seen in both", "listed", "made up", "rods"))
+    most = max(r["made up"] * 600 / r["rods"] for r in rows)
+    worst = max(float(r["residual, px"] or np.inf) for r in rows)
     return (
         f"{len(rows)} pairs: {listed} of {both} changed rods that both inspections saw are listed (recall "
-        f"{listed / max(1, both):.3f}); made up: {sum(r.made_up for r in rows)} in {sum(r.rods for r in rows)} rods, "
-        f"at most {most:.1f} in 600; the greatest median residual is {number(worst)} px."
+        f"{listed / max(1, both):.3f}); made up: {made_up} in {rods} rods, at most {most:.1f} in 600; the greatest "
+        f"median residual is {number(worst)} px."
     )
 
 

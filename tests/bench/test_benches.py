@@ -60,13 +60,13 @@ def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Pa
 
 def test_a_database_for_comparing_holds_what_it_says_and_every_request_is_timed(tmp_path: Path) -> None:
     pond = lattice("square", 0.05, columns=4, rows=3, outer_m=0.018, inner_m=0.012)
-    kept = compare.fill(tmp_path / "data", pond, 4, 0.001, changed=2)
+    kept = compare.fill(tmp_path / "data", pond, 5, 0.001, changed=2)
 
     with whole(tmp_path / "data") as running, httpx.Client(base_url=running.url) as client:
         times = compare.asked(client, kept, pond, 2)
         told = client.get("/api/compare", params={"base": kept.before, "with": kept.after}).json()
         listed = client.get(f"/api/ponds/{kept.pond}").json()["inspections"]
 
-    assert (len(told["rods"]), told["comparable"], len(listed)) == (2, True, 4)
+    assert (len(told["rods"]), told["comparable"], len(listed)) == (2, True, 5)
     assert all(min(taken) > 0 for taken in times.values())
     assert compare.rows_of(times).count("\n") == 2 + len(times)

@@ -133,7 +133,7 @@ def get_trends(here: Here, pond_id: str) -> JSONResponse:
 
     def look(connection: Connection) -> list[Json]:
         ponds.get(connection, pond_id)
-        return pondviews.trend(connection, pond_id)
+        return pondviews.trend(here.store, connection, pond_id)
 
     return JSONResponse({"pond": pond_id, "inspections": here.store.read(look)})
 

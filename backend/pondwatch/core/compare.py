@@ -23,7 +23,7 @@ LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
 MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide
 SHIFT_LEAST = 8  # rods more that must agree one step away
 CONTENT_APART = 0.1  # of a fill, closer than which a rod's content may be what another rod lost
-_STATES = (RodState.EMPTY, RodState.PARTIAL, RodState.FULL)
+_CODES = {RodState.EMPTY: 0.0, RodState.FULL: 1.0}
 
 
 class Change(enum.StrEnum):
@@ -149,12 +149,11 @@ def compare(
 def probability_of_change(a: RodReading, b: RodReading) -> float:
     """That two rods differ in state, by both readings' posteriors: what a reading leaves of its confidence is shared by
     the two other states."""
-    return 1 - sum(p * q for p, q in zip(_posterior(a), _posterior(b), strict=True))
-
-
-def _posterior(reading: RodReading) -> list[float]:
-    rest = (1 - reading.confidence) / 2
-    return [reading.confidence if state is reading.state else rest for state in _STATES]
+    p, q = a.confidence, b.confidence
+    rest_p, rest_q = (1 - p) / 2, (1 - q) / 2
+    if a.state is b.state:
+        return 1 - (p * q + 2 * rest_p * rest_q)
+    return 1 - (p * rest_q + rest_p * q + rest_p * rest_q)
 
 
 def _residual(a: Seen, b: Seen) -> tuple[float, float] | None:
@@ -280,7 +279,8 @@ def _is_shifted(base: Mapping[str, Seen], with_: Mapping[str, Seen], both: list[
 
 
 def _code(reading: RodReading) -> float:
-    return {RodState.EMPTY: 0.0, RodState.FULL: 1.0}.get(reading.state, reading.fill or 0.5)
+    code = _CODES.get(reading.state)
+    return code if code is not None else reading.fill or 0.5
 
 
 def _agree(a: Float, b: Float) -> Bool:

@@ -17,7 +17,7 @@ from pondwatch.core.pond import neighbour_steps
 from pondwatch.core.values import Float, RodReading, RodState
 from pondwatch.store import ponds, registrations, sessions, trends
 from pondwatch.store.clock import rfc3339
-from pondwatch.store.sessions import Session
+from pondwatch.store.sessions import Session, State
 from pondwatch.store.store import Store
 
 from . import registering
@@ -85,7 +85,7 @@ def find(store: Store, base: str, with_: str) -> Found:
     """
     if base == LAST:
         base = store.read(lambda c: ponds.before(c, with_))
-    sides = store.read(lambda c: (_side(c, base), _side(c, with_)))
+    sides = store.read(lambda c: (_side(store, c, base), _side(store, c, with_)))
     sides = _measured(store, sides[0]), _measured(store, sides[1])
     pixel_m = max(metres_per_pixel(side.session) for side in sides)
     steps = _steps(tuple(seen.place for seen in sides[0].rods.values()))
@@ -97,9 +97,17 @@ def _steps(places: tuple[tuple[float, float], ...]) -> Float:
     return neighbour_steps(np.array(places).reshape(-1, 2))
 
 
-def _side(connection: Connection, session_id: str) -> Side:
+def _side(store: Store, connection: Connection, session_id: str) -> Side:
     session = sessions.get(connection, session_id)
     measured = registrations.read(connection, session_id, session.revision)
+    if session.state is not State.FINISHED or measured is None:
+        return Side(session, _rods(connection, session_id, measured))
+    key = session_id, session.revision
+    return Side(session, store.sides.get(key, lambda: _rods(connection, session_id, measured)))
+
+
+def _rods(connection: Connection, session_id: str, measured: Float | None) -> Mapping[str, Seen]:
+    """Rods by id, in the layout's order."""
     rows = trends.side(connection, session_id)
     rods = {}
     for row, offset in zip(rows, _offsets(measured, len(rows)), strict=True):
@@ -110,7 +118,7 @@ def _side(connection: Connection, session_id: str) -> Side:
             else RodReading(rod_id, _STATES[state], fill, confidence, views, conflicting)
         )
         rods[rod_id] = Seen(reading, (x_m, y_m), inner_m, offset)
-    return Side(session, rods)
+    return rods
 
 
 def _offsets(measured: Float | None, count: int) -> list[tuple[float, float] | None]:
@@ -125,7 +133,7 @@ def _measured(store: Store, side: Side) -> Side:
     if not side.rods or store.read(lambda c: registrations.read(c, session.id, session.revision)) is not None:
         return side
     registering.prepare(store, session.id)
-    return store.read(lambda c: _side(c, session.id))
+    return store.read(lambda c: _side(store, c, session.id))
 
 
 def json_of(found: Found, sort: str = "layout", descending: bool = False) -> Json:

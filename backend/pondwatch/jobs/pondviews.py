@@ -16,6 +16,7 @@ from pondwatch.store import inventories, ponds, sessions, trends
 from pondwatch.store.clock import rfc3339
 from pondwatch.store.inventories import Inventory
 from pondwatch.store.ponds import LayoutVersion, StoredPond
+from pondwatch.store.sessions import State
 from pondwatch.store.store import Store
 
 from .views import Json
@@ -65,26 +66,34 @@ def _moment(row: RowMapping) -> Json:
     }
 
 
-def trend(connection: Connection, pond_id: str) -> list[Json]:
+def trend(store: Store, connection: Connection, pond_id: str) -> list[Json]:
     """Counts of rods by state in every inspection of a pond, oldest first; what is in none of them was not observed."""
     out = []
-    for row in trends.trend(connection, pond_id):
-        seen = row["empty"] + row["partial"] + row["full"]
-        counts = {name: row[name] for name in ("empty", "partial", "full")} | {"not_observed": row["rods"] - seen}
+    for row in trends.inspections(connection, pond_id):
+        counted = _counts(store, connection, row)
+        counts = {name: counted[name] for name in ("empty", "partial", "full")}
         out.append(
             {
                 "session": row["id"],
                 "name": row["name"],
-                "session_state": row["session_state"],
+                "session_state": row["state"],
                 "at": rfc3339(row["finished_ms"] or row["created_ms"]),
                 "coverage": row["seen_share"],
-                "rods": row["rods"],
-                "counts": counts,
-                "conflicting": row["conflicting"],
-                "mean_fill": row["mean_fill"],
+                "rods": counted["rods"],
+                "counts": counts | {"not_observed": counted["rods"] - sum(counts.values())},
+                "conflicting": counted["conflicting"],
+                "mean_fill": counted["mean_fill"],
             }
         )
     return out
+
+
+def _counts(store: Store, connection: Connection, session: RowMapping) -> Json:
+    """Of an inspection that is finished they do not change while its revision does not."""
+    if session["state"] != State.FINISHED:
+        return trends.counts(connection, session["id"])
+    key = session["id"], session["revision"]
+    return store.counts.get(key, lambda: trends.counts(connection, session["id"]))
 
 
 def inventory(stored: Inventory) -> Json:

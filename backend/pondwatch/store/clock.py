@@ -18,5 +18,5 @@ def rfc3339(ms: int | None) -> str | None:
     """`2026-01-01T08:00:00.000Z`; None stays None."""
     if ms is None:
         return None
-    text = datetime.fromtimestamp(ms // 1000, UTC).strftime("%Y-%m-%dT%H:%M:%S")
-    return f"{text}.{ms % 1000:03d}Z"
+    text = datetime.fromtimestamp(ms // 1000, UTC).isoformat()
+    return f"{text[:19]}.{ms % 1000:03d}Z"

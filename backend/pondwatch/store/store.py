@@ -12,10 +12,13 @@ from sqlalchemy.exc import DBAPIError
 
 from .blobs import FolderBlobs
 from .engine import FolderLock, migrate, reader_engine, writer_engine
+from .remembered import Remembered
 from .signing import Signer
 from .uow import Writer, database_error
 
 T = TypeVar("T")
+_SIDES = 64  # inspections of some hundred rods each, as they are compared: a quarter of a megabyte
+_COUNTS = 4096  # inspections, of which a few numbers
 
 
 class Store:
@@ -35,6 +38,8 @@ class Store:
         migrate(self._writing)
         self._reading = reader_engine(url)
         self.writer = Writer(self._writing)
+        self.sides = Remembered(_SIDES)
+        self.counts = Remembered(_COUNTS)
 
     def read(self, look: Callable[[Connection], T]) -> T:
         """Run `look` on one consistent state of the database.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, case, func, select
+from sqlalchemy import Connection, RowMapping, func, select
 
 from .tables import rod_readings, rods, sessions
 
@@ -34,28 +34,38 @@ def of_rod(connection: Connection, pond_id: str, rod_id: str, limit: int = MOST)
     return connection.execute(query).mappings().all()
 
 
-def trend(connection: Connection, pond_id: str, limit: int = 100) -> Sequence[RowMapping]:
-    """Counts of rods by state in every inspection of a pond, oldest first."""
-    latest = (
-        select(sessions).where(sessions.c.pond_id == pond_id).order_by(sessions.c.id.desc()).limit(limit).subquery()
-    )
-    state = rod_readings.c.state
-
-    def count(which: str) -> Any:
-        return func.coalesce(func.sum(case((state == which, 1), else_=0)), 0).label(which)
-
-    doubt = func.coalesce(func.sum(case((rod_readings.c.conflicting, 1), else_=0)), 0).label("conflicting")
-    mean = func.avg(rod_readings.c.fill).label("mean_fill")
-    n_rods = select(func.count()).where(rods.c.session_id == latest.c.id).scalar_subquery().label("rods")
-    c = latest.c
+def inspections(connection: Connection, pond_id: str, limit: int = 100) -> Sequence[RowMapping]:
+    """The newest inspections of a pond, oldest first."""
+    c = sessions.c
     query = (
-        select(c.id, c.name, c.state.label("session_state"), c.created_ms, c.finished_ms, c.seen_share, n_rods)
-        .add_columns(count("empty"), count("partial"), count("full"), doubt, mean)
-        .outerjoin(rod_readings, rod_readings.c.session_id == c.id)
-        .group_by(c.id, c.name, c.state, c.created_ms, c.finished_ms, c.seen_share)
-        .order_by(c.id)
+        select(c.id, c.name, c.state, c.revision, c.created_ms, c.finished_ms, c.seen_share)
+        .where(c.pond_id == pond_id)
+        .order_by(c.id.desc())
+        .limit(limit)
     )
-    return connection.execute(query).mappings().all()
+    return connection.execute(query).mappings().all()[::-1]
+
+
+def counts(connection: Connection, session_id: str) -> dict[str, Any]:
+    """How many rods of a session's layout were read as what; `conflicting`; `rods`, of the layout; `mean_fill`."""
+    r = rod_readings.c
+    query = (
+        select(r.state, func.count().label("n"), func.sum(r.conflicting), func.sum(r.fill), func.count(r.fill))
+        .where(r.session_id == session_id)
+        .group_by(r.state)
+    )
+    found = connection.execute(query).all()
+    known = {state: n for state, n, *_ in found}
+    fills = sum(row[4] for row in found)
+    n_rods = connection.execute(select(func.count()).where(rods.c.session_id == session_id)).scalar_one()
+    return {
+        "empty": known.get("empty", 0),
+        "partial": known.get("partial", 0),
+        "full": known.get("full", 0),
+        "conflicting": sum(row[2] for row in found),
+        "rods": n_rods,
+        "mean_fill": sum(row[3] or 0.0 for row in found) / fills if fills else None,
+    }
 
 
 def side(connection: Connection, session_id: str) -> Sequence[tuple[Any, ...]]:
