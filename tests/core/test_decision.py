@@ -17,7 +17,6 @@ from pondwatch.core.decision import (
     known_states,
     tabulate,
     tie_errors,
-    trust,
     turns_of,
 )
 from pondwatch.core.evidence import gather
@@ -148,29 +147,6 @@ def test_a_tie_is_the_density_of_an_error_given_the_one_before_over_its_density_
     assert compared > 5
     assert not tie.log_factor[-1].any()
     assert not tie.log_factor[:, -1].any()
-
-
-def _decision(choice, belief, score):
-    return Decision(np.array(choice), np.array(belief), np.zeros((1, 2)), score)
-
-
-def _two_snapshots():
-    none = np.zeros(0, dtype=np.int64)
-    return Problem(np.array([0, 2, 4]), np.zeros(4), none, none, none, np.zeros((0, 2)), np.full(2, 0.5), 1)
-
-
-def test_trust_is_the_marginal_less_the_share_of_rival_assignments():
-    """The rival has a quarter of the best one's odds, and puts the second snapshot elsewhere: 0.9 times 1 / 1.25."""
-    best = _decision([0, 2], [0.95, 0.05, 0.9, 0.1], 0.0)
-    rival = _decision([0, 3], [0.95, 0.05, 0.1, 0.9], np.log(0.25))
-
-    np.testing.assert_allclose(trust(_two_snapshots(), [best, rival]), [0.95, 0.9 * (1 - 0.25 / 1.25)])
-
-
-def test_the_same_assignment_found_again_takes_no_trust_away():
-    best = _decision([0, 2], [0.95, 0.05, 0.9, 0.1], 0.0)
-
-    np.testing.assert_allclose(trust(_two_snapshots(), [best, best, best]), [0.95, 0.9])
 
 
 def test_looks_from_doubtful_places_count_as_much_as_these_are_likely():

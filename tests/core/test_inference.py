@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pondwatch.core.inference import Problem, Tie, decide
+from pondwatch.core.inference import Problem, Tie, decide, nudged
 
 EVEN = np.array([0.5, 0.5])
 SAYS = {"empty": [1.8, 0.2], "full": [0.2, 1.8], "nothing": [1.0, 1.0]}
@@ -206,3 +206,14 @@ def _field(seed, side=10, snapshots=70, sigma=1.0):
         ])  # fmt: skip
     true = np.arange(snapshots) * len(shifts) + shifts.index((0, 0))
     return _problem(made, side * side), true, np.array(shifts * snapshots)
+
+
+def test_places_that_are_favoured_are_found_and_scored_without_the_favour():
+    problem, _, shift = _field(3)
+    beside = (shift == [0, 1]).all(axis=1)
+
+    far, near = nudged(problem, [100.0 * beside, 0.0 * beside])
+
+    assert beside[far.choice].sum() > 20 + beside[near.choice].sum()  # of 70; some gained by going back alone
+    assert far.score == pytest.approx(_score(problem, far.choice))
+    np.testing.assert_array_equal(near.choice, decide(problem, restarts=1)[0].choice)

@@ -21,7 +21,7 @@ NONE_NATS = -9.0  # log prior of lying at no place that was proposed, at least
 HEADING_CLASS_RAD = 0.05  # places whose headings are this near share the likelihood of their looks
 JUDGES = 48  # snapshots that hollow and filled rods are told apart by
 EVEN = 0.35  # a rod whose sectors differ by less from one level is of that level
-IN_VIEW = 0.2  # share of a rod's sectors in view, from which its look counts
+IN_VIEW = 0.12  # share of a rod's sectors in view, from which its look counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,26 +217,6 @@ def tie_errors(evidence: Sequence[Evidence], noise: NoiseModel, setting: Setting
 
 def _errors(e: Evidence) -> Float:
     return np.asarray(e.snapshot.pose_pond[:2] - e.places.poses[:, :2])
-
-
-def trust(problem: Problem, decisions: Sequence[Decision]) -> Float:
-    """(N,): probability of the best decision's place for each snapshot.
-
-    Its marginal, less the mass of the other assignments that the search found and that place it elsewhere.
-    """
-    best = decisions[0]
-    own = best.belief[best.choice]
-    weight = np.exp(np.clip([d.score - best.score for d in decisions], -60, 0))
-    other = np.zeros(problem.snapshots)
-    counted: list[Int] = []
-    total = 1.0
-    for d, w in zip(decisions[1:], weight[1:], strict=True):
-        if any((d.choice == c).all() for c in [best.choice, *counted]):
-            continue
-        counted.append(d.choice)
-        other += w * (d.choice != best.choice)
-        total += float(w)
-    return np.asarray(own * (1 - other / total))
 
 
 def known_states(problem: Problem, decision: Decision, sure: Float) -> Float:

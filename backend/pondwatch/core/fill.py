@@ -79,7 +79,9 @@ def read_rods(
     votes += np.log(np.maximum(prior, 1e-9))
     chance = np.exp(votes - votes.max(axis=1, keepdims=True))
     chance /= chance.sum(axis=1, keepdims=True)
-    readable = (seen >= SEEN_ABOVE) | ((seen >= LEAST_SEEN) & (_anyhow(chance, seen, prior) > SAME_ANYWHERE))
+    surest = np.zeros(n)  # of its looks: snapshots that lie elsewhere may do so all together
+    np.maximum.at(surest, looks.rod, looks.trust)
+    readable = (surest >= SEEN_ABOVE) | ((seen >= LEAST_SEEN) & (_anyhow(chance, seen, prior) > SAME_ANYWHERE))
     strange = _strange(looks, n)
     if taught < ENOUGH_TAUGHT:
         readable &= ~strange
@@ -88,7 +90,7 @@ def read_rods(
         mine = order[start[j] : start[j + 1]]
         likely = mine[looks.trust[mine] >= SEEN_ABOVE]
         mine = likely if len(likely) else mine
-        trust = float(seen[j]) * certainty
+        trust = float(surest[j]) * certainty
         if not readable[j]:
             readings.append(_unseen(ids[j]))
         else:

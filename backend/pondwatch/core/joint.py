@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import decision as dec
+from .crossover import recombined, trust
 from .evidence import Evidence, Setting, gather, lean, widen
 from .frames import wrap_angle
 from .hypotheses import Reach, propose
-from .inference import Decision, Problem, decide
+from .inference import Decision, Problem, decide, nudged
 from .noise import NoiseModel
 from .values import Float
 
@@ -23,6 +24,9 @@ AGREE, AGREE_FEW = 3, 8  # runs that reach the best score, from which the search
 FEW = 100  # snapshots
 LIVE_WORK = 900  # snapshots times restarts, while uploads go on
 NOISE_ROUNDS = 3
+THIN = 5.0  # looks a rod has, under which whole groups of snapshots may lie aside together
+FAVOURS = 0.7, 2.0, 5.0  # nats, for places one lattice vector aside, in the search for such groups
+BESIDE = 0.2  # pitches and rad, from exactly there
 LOST_NATS = -4.0  # a place that is contradicted by this much may be none
 FAR_NATS = -6.0  # log prior of a place, below which the noisy pose may be a gross error
 OFTEN, CONVINCING = 0.03, 0.9995  # share of gross errors, from which every place under this probability may be none
@@ -102,7 +106,24 @@ class Solver:
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
         agree = AGREE if len(evidence) > FEW else AGREE_FEW
         decisions = decide(problem, self._seed, restarts, agree)
-        return Joint(vocabulary, noise, problem, decisions[0], dec.trust(problem, decisions), len(decisions))
+        best, rivals = recombined(problem, decisions)
+        if _looks_a_rod(problem, best) < THIN:
+            aside = nudged(problem, self._favours(evidence, problem, best))
+            best, rivals = recombined(problem, [best, *decisions, *aside])
+        return Joint(vocabulary, noise, problem, best, trust(problem, best, rivals), len(decisions))
+
+    def _favours(self, evidence: list[Evidence], problem: Problem, best: Decision) -> list[Float]:
+        """For each vector between neighbouring rods, nats for what lies that far from the best."""
+        out = []
+        for step in self._setting.layout.steps:
+            beside = np.zeros(len(problem.log_prior))
+            for e, start, choice in zip(evidence, problem.start, best.choice, strict=False):
+                if choice - start < len(e.places):
+                    d = e.places.poses - e.places.poses[choice - start]
+                    near = np.hypot(*(d[:, :2] - step).T) < BESIDE * self._pitch
+                    beside[start : start + len(e.places)] = near & (np.abs(wrap_angle(d[:, 2])) < BESIDE)
+            out += [nats * beside for nats in (FAVOURS if len(evidence) <= FEW else FAVOURS[1:2])]
+        return out
 
     def _look_further(self, evidence: list[Evidence], joint: Joint, noise: NoiseModel) -> tuple[list[Evidence], bool]:
         """Snapshots that found no convincing place are looked for in the whole pond, against the rods as decided."""
@@ -152,6 +173,14 @@ class Solver:
 def gains(table: dec.Table, state: Float) -> Float:
     """(E,): nats that each look speaks for its place, given what its rod is known to hold."""
     return np.asarray(np.log(np.maximum(np.einsum("ek,ek->e", state[table.rod], table.values[table.look]), 1e-30)))
+
+
+def _looks_a_rod(problem: Problem, decision: Decision) -> float:
+    """How many snapshots see a rod that any sees, on the mean."""
+    chosen = np.zeros(len(problem.log_prior), dtype=bool)
+    chosen[decision.choice] = True
+    rods = problem.edge_rod[chosen[problem.edge_hypothesis]]
+    return len(rods) / max(len(np.unique(rods)), 1)
 
 
 def _spread(evidence: list[Evidence], joint: Joint) -> tuple[Float, Float, Float]:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .decision import Table
 from .evidence import Evidence, Setting, gather, lean
 from .frames import wrap_angle
 from .hypotheses import Reach
@@ -25,7 +26,7 @@ from .ports import RodFinder
 from .quality import Tally
 from .refine import Profile
 from .rodbook import Entry, RodBook
-from .values import CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
+from .values import Bool, CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
 
 GROWTH = 1.4  # snapshots, over those in the last joint decision, that call for another
 GROWTH_IN_DOUBT = 1.1  # the same, where many of the new ones are in doubt, as where robots enter new floor
@@ -33,7 +34,7 @@ DOUBTFUL, DOUBTFUL_SHARE = 8, 0.08  # new snapshots in doubt: at least so many, 
 AT_ONCE = 40  # snapshots, up to which `add` decides all together itself
 AT_ONCE_BESIDE = 6  # the same, where somebody calls `deliberate` beside
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
-PLACED_ABOVE = 0.99  # probability
+PLACED_ABOVE = 0.998  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 
@@ -197,14 +198,22 @@ class LatticeCorrector:
         score = table.prior + np.bincount(table.hypothesis, gain, len(table.prior))
         weight = np.exp(score - score.max())
         best = int(np.argmax(score))
-        trust = float(weight[best] / weight.sum())
+        rows = table.hypothesis == best
+        trust = self._backed(float(weight[best] / weight.sum()), table, best, rows)
         pose = e.places.poses[best] if best < len(e.places) else None
         if pose is not None and trust > PLACED_ABOVE:
-            rows = table.hypothesis == best
             self._learn(table.rod[rows], table.values[table.look[rows]], joint)
         self._doubtful += trust <= PLACED_ABOVE
         placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True)
         return self._with_others(placed, weight / weight.sum(), best)
+
+    def _backed(self, trust: float, table: Table, best: int, rows: Bool) -> float:
+        """Trust in a place that rests on rods which other snapshots saw: no more than theirs, should they lie elsewhere
+        all together; then its prior alone speaks for it."""
+        seen_by = self._book.seen_by(table.rod[rows].tolist())
+        backing = max((self._placed[key].trust for key in seen_by if key in self._placed), default=1.0)
+        alone = np.exp(table.prior - table.prior.max())
+        return float(backing * trust + (1 - backing) * alone[best] / alone.sum())
 
     def _with_others(self, p: Placed, belief: Float, chosen: int) -> Placed:
         """With its looks from other places, where its own is in doubt."""

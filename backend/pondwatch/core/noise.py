@@ -83,7 +83,7 @@ class NoiseModel:
         e = np.column_stack([errors[:, :2], wrap_angle(errors[:, 2])])
         sigma, sigma_theta = _weighted_sigma(spread[0] / 2, spread[2]), _weighted_sigma(spread[1], spread[2])
         gross = np.hypot(e[:, 0], e[:, 1]) > 4.5 * sigma
-        share = (float((gross & sure).sum()) + 1) / (float(sure.sum()) + 50)
+        share = (float((gross & sure).sum()) + 0.5) / (float(sure.sum()) + 50)
         both = sure[first] & sure[second] & ~gross[first] & ~gross[second] if len(first) else np.zeros(0, bool)
         rho = _correlation(e[first[both], :2], e[second[both], :2]) if both.sum() >= 12 else self.correlation
         return NoiseModel(sigma, max(sigma_theta, 0.003), float(np.clip(share, 0.002, 0.3)), rho)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy import fft
 
 from .ports import RodFinder
 from .rodsight import joined
@@ -30,11 +31,16 @@ SMOOTHING_PX = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RingBand:
-    """The correlation kernels for rods of given radii in pixels; made once a session. pad: px around the image."""
+    """The correlation kernels for rods of given radii in pixels; made once a session. pad: px around the image.
+
+    cosine, sine: spectra (`rfft2`) of the kernels; they are even, so convolution and correlation are one, and the
+    spectra are real. support: the share of the band that lies in the image, for each padded pixel.
+    """
 
     cosine: Float32
     sine: Float32
     support: Float32
+    size: tuple[int, int]  # of the transform: nothing reaches round to the other side
     pad: int
     outer_px: float
     inner_px: float
@@ -52,9 +58,28 @@ class RingBand:
         inside = np.zeros((height_px + 2 * pad, width_px + 2 * pad), np.float32)
         inside[pad:-pad, pad:-pad] = 1
         support = cv2.filter2D(inside, -1, band, borderType=cv2.BORDER_CONSTANT)
-        cosine = np.asarray((x * x - y * y) / square * band, dtype=np.float32)
-        sine = np.asarray(2 * x * y / square * band, dtype=np.float32)
-        return cls(cosine, sine, np.asarray(support, dtype=np.float32), pad, outer_px, inner_px)
+        high, wide = (fft.next_fast_len(n + max(0, reach - pad), real=True) for n in inside.shape)
+        size = (high, wide)
+        cosine, sine = (_spectrum(k, size) for k in ((x * x - y * y) / square * band, 2 * x * y / square * band))
+        return cls(cosine, sine, np.asarray(support, dtype=np.float32), size, pad, outer_px, inner_px)
+
+    def correlated(self, cosine: Float32, sine: Float32) -> Float32:
+        """(H, W) doubled angles, times their weights, to (H + 2 pad, W + 2 pad): with the kernels at each pixel."""
+        padded = np.zeros((2, *self.size), np.float32)
+        height, width = cosine.shape
+        p = self.pad
+        padded[0, p : p + height, p : p + width], padded[1, p : p + height, p : p + width] = cosine, sine
+        spectrum = fft.rfft2(padded, overwrite_x=True)
+        both = fft.irfft2(spectrum[0] * self.cosine + spectrum[1] * self.sine, self.size, overwrite_x=True)
+        return np.asarray(both[: height + 2 * p, : width + 2 * p], np.float32)
+
+
+def _spectrum(kernel: Float, size: tuple[int, int]) -> Float32:
+    """Of an even kernel, its middle moved to the first pixel."""
+    wide = np.zeros(size)
+    half = len(kernel) // 2
+    wide[: len(kernel), : len(kernel)] = kernel
+    return np.asarray(fft.rfft2(np.roll(wide, (-half, -half), (0, 1))).real, np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,17 +110,13 @@ def response_field(image: Image, band: RingBand) -> Float32:
     Returns:
         (H + 2 pad, W + 2 pad), at most 1; zero where the support is under MIN_SUPPORT.
     """
-    p = band.pad
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), SMOOTHING_PX)
     gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
     gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
     across, down, both = (np.einsum("hwc,hwc->hw", a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     energy = across + down
     weight = 1 / (energy + 4 * float(np.median(energy)) + 1e-9)
-    cosine = cv2.copyMakeBorder((across - down) * weight, p, p, p, p, cv2.BORDER_CONSTANT)
-    sine = cv2.copyMakeBorder(2 * both * weight, p, p, p, p, cv2.BORDER_CONSTANT)
-    field = cv2.filter2D(cosine, -1, band.cosine, borderType=cv2.BORDER_CONSTANT)
-    field = cv2.add(field, cv2.filter2D(sine, -1, band.sine, borderType=cv2.BORDER_CONSTANT))
+    field = band.correlated((across - down) * weight, 2 * both * weight)
     return np.where(band.support > MIN_SUPPORT, field / np.maximum(band.support, MIN_SUPPORT), 0).astype(np.float32)
 
 

@@ -52,6 +52,10 @@ class RodBook:
                 self._touched.add(rod)
         self._entries[key] = tuple(entries)
 
+    def seen_by(self, rods: Sequence[int]) -> set[SnapshotKey]:
+        """The snapshots that have any of some rods wholly in view, from any place where they may lie."""
+        return {key for rod in rods for key, _ in self._seen_by.get(rod, {})}
+
     def readings(self) -> tuple[RodReading, ...]:
         """Of all rods, in the layout's order."""
         return tuple(self._readings)

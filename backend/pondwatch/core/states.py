@@ -20,7 +20,7 @@ LEVELS = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 COUNT = 2 + ANGLES * len(LEVELS)
 CODE_SIGMA = 0.22  # of one sector: blur, wedge angles between ours, water
 INDEPENDENT = 0.5  # of the sectors' errors: neighbours err together
-SLIP_NATS = 7.0  # a look that contradicts a state costs at most this: things drift through the view
+SLIP_NATS = 11.0  # a look that contradicts a state costs at most this: things drift through the view
 
 
 def fills() -> Float:

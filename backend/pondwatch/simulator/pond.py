@@ -10,9 +10,6 @@ from pondwatch.core.values import Float, Pond, Rod
 
 from .spec import Lattice, SimulationSpec
 
-OUTER_RADIUS = 0.36  # of the pitch
-INNER_RADIUS = 0.23
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimulatedPond:
@@ -38,9 +35,9 @@ def make_pond(spec: SimulationSpec, rng: np.random.Generator) -> SimulatedPond:
     width, height = spec.pond_size_m
     sites = _sites(spec, rng) if spec.mapped else np.zeros((0, 2))
     present = rng.random(len(sites)) >= spec.missing
+    outer_m, inner_m = (round(share * spec.pitch_m, 7) for share in (spec.outer_radius_pitch, spec.inner_radius_pitch))
     rods = tuple(
-        Rod(f"R{i:04d}", x, y, round(OUTER_RADIUS * spec.pitch_m, 7), round(INNER_RADIUS * spec.pitch_m, 7))
-        for i, (x, y) in enumerate(np.round(sites[present], 7).tolist())
+        Rod(f"R{i:04d}", x, y, outer_m, inner_m) for i, (x, y) in enumerate(np.round(sites[present], 7).tolist())
     )
     fills = _fills(spec, sites[present], rng)
     starts = rng.uniform(-np.pi, np.pi, len(rods))
@@ -48,6 +45,17 @@ def make_pond(spec: SimulationSpec, rng: np.random.Generator) -> SimulatedPond:
     offsets = np.zeros((len(rods), 2))
     return SimulatedPond(Pond(width, height, rods), fills, offsets, starts, cells, spec.lattice, spec.pitch_m,
                          spec.lattice_angle_rad)  # fmt: skip
+
+
+def as_stated(pond: Pond, spec: SimulationSpec) -> Pond:
+    """What the layout says of a pond: everything in its place, rods as wide as it has them."""
+    scale = spec.layout_radius
+    if scale == 1:
+        return pond
+    rods = (
+        replace(r, outer_radius_m=scale * r.outer_radius_m, inner_radius_m=scale * r.inner_radius_m) for r in pond.rods
+    )
+    return replace(pond, rods=tuple(rods))
 
 
 def changed(simulated: SimulatedPond, count: int, seed: int) -> SimulatedPond:
@@ -76,7 +84,7 @@ def _sites(spec: SimulationSpec, rng: np.random.Generator) -> Float:
     c, s = np.cos(spec.lattice_angle_rad), np.sin(spec.lattice_angle_rad)
     phase = rng.uniform(-0.5, 0.5, 2)
     points = (grid.reshape(-1, 2) + phase) @ np.array([[c, s], [-s, c]]) * pitch + size / 2
-    margin = OUTER_RADIUS * pitch * 1.1
+    margin = spec.outer_radius_pitch * pitch * 1.1
     inside = points[((points > margin) & (points < size - margin)).all(axis=1)]
     return np.asarray(inside[np.lexsort((inside[:, 0], -np.round(inside[:, 1] / pitch, 3)))])
 

@@ -20,7 +20,7 @@ from .camera import photograph
 from .floor import Floor, render_floor
 from .overhead import claimed_noise, noisy_poses
 from .palette import print_palette, random_palette
-from .pond import changed, make_pond
+from .pond import as_stated, changed, make_pond
 from .spec import ImageKind, SimulationSpec
 from .swarm import robots_in_turn, true_poses
 from .things import displaced, lying_about
@@ -67,7 +67,8 @@ class Simulation:
         self._palette = print_palette() if spec.print_colours else random_palette(look)
         self._water = water_of(spec.water, look)
         self._robots = robots_in_turn(spec)
-        self.inspection = Inspection(spec.name, spec.camera, simulated.pond, claimed_noise(spec))
+        stated = as_stated(simulated.pond, spec)
+        self.inspection = Inspection(spec.name, spec.stated_camera, stated, claimed_noise(spec))
         self.truth_fills, self.truth_offsets = simulated.fills, simulated.offsets
         self.truth_things = lying_about(simulated, spec, self._palette, loose)
         self.truth_poses = true_poses(spec, self._rng("path"))
@@ -82,6 +83,7 @@ class Simulation:
         """The n-th snapshot; the same whatever was taken before."""
         spec, captured_s = self.spec, self._captured_s(n)
         image = through_water(*self._light(n, self.truth_poses[n], self._water))
+        image = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8) if spec.grey else image
         kind, suffix = spec.image_kind, _SUFFIX[spec.image_kind]
         parameters = [_QUALITY[kind], spec.quality] if kind in _QUALITY else []
         content = cv2.imencode(suffix, image, parameters)[1].tobytes()

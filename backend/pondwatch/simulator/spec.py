@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from pondwatch.core.errors import Invalid
@@ -49,6 +49,10 @@ class SimulationSpec:
     pitch_px: float = 60.0
     lattice_angle_rad: float = 0.0
     missing: float = 0.03  # share of lattice sites without a rod, known to the layout
+    outer_radius_pitch: float = 0.36  # of a rod
+    inner_radius_pitch: float = 0.23
+    layout_radius: float = 1.0  # what the layout says of a rod's radii, in what they are
+    stated_scale: float = 1.0  # what is said of the metres in a pixel, in what they are
     edge_cells: bool = True  # whether sites without a rod still have their cell's walls
     fills: Fills = "quarters"
     pond_seed: int = -1  # of the pond and its fills; -1: the simulation's own, as of all else
@@ -73,6 +77,7 @@ class SimulationSpec:
 
     water: WaterKind = "clear"
     print_colours: bool = False  # the colours of a printed mock-up instead of random ones
+    grey: bool = False  # whether the camera sees no colours
     image_kind: ImageKind = "jpeg"
     quality: int = 92
 
@@ -83,6 +88,11 @@ class SimulationSpec:
         area_px = self.snapshots * camera.width_px * camera.height_px / self.coverage
         width_px = math.sqrt(area_px * 16 / 11)
         return width_px * camera.metres_per_pixel, width_px * 11 / 16 * camera.metres_per_pixel
+
+    @property
+    def stated_camera(self) -> Camera:
+        """The camera as the base station describes it."""
+        return replace(self.camera, metres_per_pixel=self.camera.metres_per_pixel * self.stated_scale)
 
     @property
     def margin_m(self) -> float:
@@ -101,8 +111,11 @@ class SimulationSpec:
                 raise Invalid(f"{name} must be one of {', '.join(words)}, and is {getattr(self, name)!r}.", field=name)
         ranges = {
             "snapshots": (1, 100_000), "robots": (1, 1000), "coverage": (0.01, 1000), "pitch_px": (12, 2000),
-            "missing": (0, 1), "outliers": (0, 1), "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi),
-            "claim": (0, 100), "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
+            "outer_radius_pitch": (0.05, 0.5),
+            "inner_radius_pitch": (0.01, 0.99 * self.outer_radius_pitch), "layout_radius": (0.5, 2),
+            "stated_scale": (0.5, 2), "missing": (0, 1), "outliers": (0, 1),
+            "noise_pitch": (0, 100), "noise_theta_rad": (0, math.pi), "claim": (0, 100),
+            "quality": (1, 100), "capture_interval_s": (0, 3600), "theta_range_rad": (0, math.pi),
             "margin_px": (0, 0.45 * min(self.pond_size_m) / self.camera.metres_per_pixel),
             "pond_seed": (-1, 2**63 - 1), "changed": (0, 100_000),
             "objects": (0, 10_000), "object_px": (0.5, 500), "stains": (0, 10_000), "stain_px": (0.5, 2000),
