@@ -17,7 +17,7 @@ BENCHES: dict[str, Callable[[argparse.Namespace], None]] = {
     "baselines": lambda asked: baselines.run(asked.bundles, asked.quick),
     "pairs": lambda asked: pairs.run(),
     "compare": lambda asked: compare.run(),
-    "findings": lambda asked: findings.run(),
+    "findings": lambda asked: findings.run(asked.seeds or findings.SEEDS),
     "moonshot": lambda asked: moonshot.run(asked.snapshots),
 }
 USUAL = ("accuracy", "speed", "live")
@@ -29,7 +29,7 @@ def main() -> None:
     parser.add_argument("benches", nargs="*", metavar="NAME", help=", ".join(BENCHES))
     parser.add_argument("--bundles", type=Path, help="folder with bundles that have a truth")
     parser.add_argument("--method", default="auto")
-    parser.add_argument("--seeds", type=int, help="ponds a case, of the grid and of the factors")
+    parser.add_argument("--seeds", type=int, help="ponds a case, of the grid, the factors and the findings")
     parser.add_argument("--snapshots", type=int, default=moonshot.GOAL, help="how far the moonshot goes")
     parser.add_argument("--quick", action="store_true", help="leave out what takes long")
     asked = parser.parse_args()

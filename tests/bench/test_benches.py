@@ -13,7 +13,7 @@ from pondwatch.simulator.bundle import write_bundle
 from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 from pondwatch.store.store import Store
-from tests.bench import accuracy, compare, pairs, speed
+from tests.bench import accuracy, compare, findings, pairs, speed
 from tests.fakes.whole import whole
 
 
@@ -56,6 +56,19 @@ def test_a_pair_of_inspections_is_measured_against_what_was_planted(tmp_path: Pa
     assert row.rods == len(row.told["rods"]) + sum(row.told["counts"][c] for c in ("same", "not_comparable"))
     assert row.listed == row.as_it_is == row.in_both <= 4
     assert row.made_up == 0
+
+
+@pytest.mark.long
+def test_an_inspection_with_things_and_rods_off_their_place_is_held_against_what_was_put_there() -> None:
+    spec = SimulationSpec(
+        snapshots=60, noise_pitch=0.1, print_colours=True, objects=2, object_px=10.0, displaced=2, displaced_px=4.0
+    )
+    of_things = findings.measured(findings.Case("things", "clear", spec, 5))
+    of_rods = findings.measured(findings.Case("rods", "clear", spec, 5))
+
+    assert of_things["object"]["put"] == of_rods["rods"]["put"] == 2
+    assert of_things["object"]["found"] <= of_things["object"]["seen"] <= 2
+    assert of_rods["rods"]["found"] == len(of_rods["rods"]["error_px"])
 
 
 def test_a_database_for_comparing_holds_what_it_says_and_every_request_is_timed(tmp_path: Path) -> None:
