@@ -18,7 +18,7 @@ from .values import Float, Float32
 
 LEAST_PX = 500
 CORRELATED_PX = 6.0  # residuals of neighbouring pixels are alike: so many count as one
-FADE_PX = 4.0
+FADE_PX = 10.0  # near a border the local mean and contrast are not those that the other view has
 CONVERGED_PX = 0.003
 FURTHEST_PX = 5.0
 FURTHEST_RAD = 0.1
