@@ -87,7 +87,7 @@ def test_a_report_tells_findings_with_pictures_and_marks_them(api: Api, session:
     assert [text for _, _, text in table.places] == ["1", "2"]
     assert table.rows[1][5] == "+1.20, +0.00 ± 0.13"
     assert len(table.pictures) == 2
-    assert "1 foreign object, 0 stain, 1 rod displaced" in table.note
+    assert "1 foreign object, 0 stains, 1 rod displaced" in table.note
 
 
 def test_findings_are_sealed_with_the_session(api: Api, session: str) -> None:

@@ -23,6 +23,7 @@ COLUMNS = (
 )  # fmt: skip
 DISPLACED = "O"
 _WORDS = {"foreign-object": "foreign object", "stain": "stain", "rod-displaced": "rod displaced"}
+_MANY = {"foreign-object": "foreign objects", "stain": "stains", "rod-displaced": "rods displaced"}
 _LEAST_REACH_PX, _MOST_REACH_PX = 12, 400
 _GROUND = 214  # of what was never seen
 
@@ -94,7 +95,7 @@ def findings_table(
         said = "Condition and position were not looked at: the inspection is not finished, or there is no layout."
         return Table("Findings", said, columns, (), "not looked at")
     findings = condition["findings"]
-    kinds = ", ".join(f"{sum(f['kind'] == kind for f in findings)} {word}" for kind, word in _WORDS.items())
+    kinds = ", ".join(_counted(sum(f["kind"] == kind for f in findings), kind) for kind in _WORDS)
     note = (
         f"What the layout does not explain: {kinds}. {100 * condition['examined']:.1f} % of the pond's floor was seen "
         f"by three snapshots or more and could be looked at; {len(condition['positions'])} rods were measured. "
@@ -107,6 +108,11 @@ def findings_table(
         {f["rod_id"]: DISPLACED for f in findings if f["kind"] == "rod-displaced"}, "O off its place.",
         [(f["x_m"], f["y_m"], str(f["number"])) for f in findings], pictures,
     )  # fmt: skip
+
+
+def _counted(count: int, kind: str) -> str:
+    """`1 stain`, `2 rods displaced`."""
+    return f"{count} {_WORDS[kind] if count == 1 else _MANY[kind]}"
 
 
 def _caption(f: Json) -> str:
