@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from pondwatch.core.values import Camera
 from pondwatch.simulator.spec import SimulationSpec
 
 from .pages import ROOT, number, percent, spread, table, write_page
@@ -61,6 +62,31 @@ FACTORS = (
     Factor("snapshots", tuple((str(n), {"snapshots": n}) for n in (30, 60, 120, 221, 500, 1000, 2000, 5000))),
     Factor("lattice", (("hexagonal", {}), ("square", {"lattice": "square", "pitch_px": 52.0}))),
     Factor("rods missing", tuple((f"{100 * v:g} %", {"missing": v}) for v in (0, 0.03, 0.1, 0.25, 0.5))),
+    Factor("pitch, px", _numbers("pitch_px", (24, 36, 45, 60, 80))),
+    Factor(
+        "rods, radii in pitches",
+        (
+            ("0.36 and 0.23", {}),
+            ("thin ring", {"inner_radius_pitch": 0.31}),
+            ("thick ring", {"inner_radius_pitch": 0.12}),
+            ("small", {"outer_radius_pitch": 0.25, "inner_radius_pitch": 0.15}),
+            ("large", {"outer_radius_pitch": 0.47, "inner_radius_pitch": 0.3}),
+        ),
+    ),
+    Factor("radii in the layout, of the true", _numbers("layout_radius", (0.9, 0.95, 1, 1.05, 1.1))),
+    Factor("metres in a pixel as stated, of the true", _numbers("stated_scale", (0.97, 0.99, 1, 1.01, 1.03))),
+    Factor("noise as stated, of the true (0: nothing is said)", _numbers("claim", (0, 0.3, 1, 3))),
+    Factor(
+        "camera",
+        (
+            ("160 x 110", {}),
+            ("96 x 66", {"camera": Camera(96, 66, 0.0005625 * 160 / 96), "pitch_px": 36.0}),
+            ("128 x 128", {"camera": Camera(128, 128, 0.0005625)}),
+            ("320 x 220", {"camera": Camera(320, 220, 0.0005625 / 2), "pitch_px": 120.0}),
+            ("grey", {"grey": True}),
+            ("JPEG 60", {"quality": 60}),
+        ),
+    ),
     Factor("filling", tuple((v, {"fills": v}) for v in ("quarters", "wedges", "striped", "empty", "full"))),
 )
 
