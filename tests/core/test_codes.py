@@ -210,3 +210,17 @@ def test_light_that_wanders_over_hollow_rods_makes_no_second_level():
     looks = 0.03 * rng.standard_normal((2000, 3)) + 0.3 * rng.standard_normal((2000, 1))
 
     assert not learn_palette(looks).two_levels
+
+
+def test_a_few_sectors_under_a_thing_of_another_colour_are_not_taken_for_the_filling():
+    """Half of the rods are filled; one, under something green that no rod holds, lies four times as far from all."""
+    rng = np.random.default_rng(11)
+    levels = np.repeat(rng.integers(0, 2, 100), SECTORS)[:, None] * np.array([-0.3, -0.3, -0.3])
+    ratio = levels + rng.normal(0, 0.04, (len(levels), 3))
+    ratio[:SECTORS] = [0.8, -1.6, 0.8] + rng.normal(0, 0.01, (SECTORS, 3))
+
+    palette = learn_palette(ratio)
+
+    assert abs(palette.axis @ np.full(3, 1 / np.sqrt(3))) > 0.98
+    filled = levels[SECTORS:, 0] < 0
+    assert ((palette.share(ratio[SECTORS:]) > 0.5) == filled).mean() > 0.99

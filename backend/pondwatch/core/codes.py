@@ -28,7 +28,7 @@ LEVEL_REACH, LEVEL_SPREADS = 0.2, 4.0  # log ratio, and typical distances, from 
 UNLIKE, UNLIKE_NATS = 0.34, 2.0  # log ratio from which one cluster alone is rather filled, and log odds for e times it
 DIPPED_SEPARATION, DIP = 3.0, 0.5  # enough, where between them lies a dip this deep, as a share of the lesser peak
 
-_Parting = tuple[Float, tuple[float, float, float, bool]]  # a line, and `_two_means` on it
+_Parting = tuple[Float, tuple[float, float, float, bool, float]]  # a line, and `_two_means` on it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -145,7 +145,7 @@ def learn_palette(ratio: Float) -> Palette:
         return replace(_one_level(np.zeros(3)), nats=0.0)  # nothing was looked at
     centre = np.median(ratio, axis=0)
     starts = np.linalg.svd(ratio - centre, full_matrices=False)[2]
-    axis, (low, high, spread, two) = max((_parted(ratio, a) for a in starts), key=_how_well)
+    axis, (low, high, spread, two, _) = max((_parted(ratio, a) for a in starts), key=_how_well)
     if not two:
         typical = float(np.median(np.linalg.norm(ratio - centre, axis=1)))
         return replace(_one_level(centre), reach=max(LEVEL_REACH, LEVEL_SPREADS * typical), taught=taught)
@@ -167,9 +167,10 @@ def _parted(ratio: Float, axis: Float) -> _Parting:
 
 
 def _how_well(parting: _Parting) -> tuple[bool, float]:
-    """Whether there are two clusters, and how far apart they are in their own spreads."""
-    low, high, spread, two = parting[1]
-    return two, (high - low) / max(spread, 1e-9)
+    """Whether there are two clusters, and how much of what varies they explain: how far apart they are in their own
+    spreads, and how even their sizes. A stain, or a thing that lies on one rod, is far from all others, and small."""
+    low, high, spread, two, upper = parting[1]
+    return two, (high - low) / max(spread, 1e-9) * float(np.sqrt(upper * (1 - upper)))
 
 
 def _discriminant(ratio: Float, axis: Float, low: float, high: float) -> Float:
@@ -202,20 +203,20 @@ def _lower_is_hollow(ratio: Float, axis: Float, low: float, high: float) -> bool
     return bool(lower < 1.3 * upper)
 
 
-def _two_means(x: Float) -> tuple[float, float, float, bool]:
-    """Two cluster centres on a line, their pooled spread, and whether there really are two."""
+def _two_means(x: Float) -> tuple[float, float, float, bool, float]:
+    """Two cluster centres on a line, their pooled spread, whether there really are two, and the upper one's share."""
     low, high = (float(v) for v in np.percentile(x, [0.3, 99.7]))
     for _ in range(12):
         upper = x > (low + high) / 2
         if upper.all() or not upper.any():
-            return low, high, 0.0, False
+            return low, high, 0.0, False, 0.0
         low, high = float(np.median(x[~upper])), float(np.median(x[upper]))
     deviation = np.abs(x - np.where(upper, high, low))
     spread = 1.4826 * float(np.median(deviation))
     few = min(int(upper.sum()), int((~upper).sum())) < SECTORS // 4
     enough = DIPPED_SEPARATION if _dipped(x, low, high) else LEAST_SEPARATION
     two = high - low > max(LEAST_STEP, enough * spread) and not few
-    return low, high, spread, two
+    return low, high, spread, two, float(upper.mean())
 
 
 def _dipped(x: Float, low: float, high: float) -> bool:
