@@ -16,12 +16,14 @@ from dataclasses import dataclass
 import structlog
 import uvicorn
 from fastapi import FastAPI
+from starlette.concurrency import run_in_threadpool
 
 from . import __version__
 from .api import (
     alarms,
     compare,
     corrections,
+    demo,
     exports,
     findings,
     health,
@@ -35,7 +37,7 @@ from .api import (
 )
 from .api.limits import BodyLimit, Guard
 from .api.pages import FrontEnd, SafeHeaders
-from .api.services import Services
+from .api.services import Robots, Services
 from .config import Settings
 from .jobs import views
 from .jobs.advance import Step
@@ -50,6 +52,7 @@ from .live.hub import Hub
 from .live.socket import live_router
 from .live.source import Alarms, Changes, Patch, Raster
 from .resources import frontend_dir
+from .robots import DemoRobots
 from .store import sessions as session_rows
 from .store.clock import SystemClock
 from .store.engine import wal_is_sound
@@ -119,22 +122,26 @@ class Told:
         self.bus.publish(session_id, revision)
 
 
-def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessLane) -> FastAPI:
+def create_app(
+    settings: Settings, make_lane: Callable[[float], Lane] = ProcessLane, robots: Robots | None = None
+) -> FastAPI:
     """The whole server. It opens its data folder when it starts, not before.
 
     Args:
         make_lane: gives a lane that waits so many seconds for an answer.
+        robots: of the demo inspection.
     """
     bus, telemetry = LocalBus(), Telemetry()
     live = Live(telemetry)
-    hub = Hub(live, bus)
+    hub, swimming = Hub(live, bus), robots or DemoRobots()
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        services = _open(settings, live, bus, telemetry, make_lane)
+        services = _open(settings, live, bus, telemetry, make_lane, swimming)
         app.state.services = services
         hub.start()
         yield
+        await run_in_threadpool(swimming.end)
         await hub.stop()
         services.queue.close()
         services.watch.close()
@@ -150,7 +157,8 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
         openapi_url="/api/openapi.json",
     )
     resources = (
-        sessions, snapshots, results, findings, people, corrections, exports, alarms, jobs, compare, ponds, health,
+        sessions, snapshots, results, findings, people, corrections, exports, alarms, jobs, compare, ponds, demo,
+        health,
     )  # fmt: skip
     for module in resources:
         app.include_router(module.router)
@@ -167,7 +175,12 @@ def create_app(settings: Settings, make_lane: Callable[[float], Lane] = ProcessL
 
 
 def _open(
-    settings: Settings, live: Live, bus: LocalBus, telemetry: Telemetry, make_lane: Callable[[float], Lane]
+    settings: Settings,
+    live: Live,
+    bus: LocalBus,
+    telemetry: Telemetry,
+    make_lane: Callable[[float], Lane],
+    robots: Robots,
 ) -> Services:
     store, clock = Store(settings.data, settings.url), SystemClock()
     if not wal_is_sound():
@@ -184,7 +197,7 @@ def _open(
     watch.start()
     intake = ThreadPoolExecutor(INTAKE_THREADS, thread_name_prefix="intake")
     ingest = Ingest(store, clock, queue.wake)
-    return Services(settings, store, clock, ingest, queue, watch, told, telemetry, intake)
+    return Services(settings, store, clock, ingest, queue, watch, told, telemetry, intake, robots)
 
 
 def _limits(settings: Settings) -> list[BodyLimit]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -94,23 +93,21 @@ def demo(
     rate: Rate = 20.0,
 ) -> None:
     """Run the server, and a simulated inspection that uploads to it from a process of its own."""
+    from pondwatch.app import create_app
     from pondwatch.app import serve as run
+    from pondwatch.robots import DemoRobots
 
-    robots: list[subprocess.Popen[bytes]] = []
+    robots, settings = DemoRobots(snapshots, rate), _settings(data, host, port)
 
     def begin(url: str) -> None:
         print(f"Pondwatch is at {url} and a demo inspection begins. Ctrl-C ends both.", flush=True)
-        arguments = ["simulate", "--demo", "--url", url, "--snapshots", str(snapshots), "--rate", str(rate)]
-        command = [sys.executable, "-c", "from pondwatch.cli import main; main()", *arguments]
-        robots.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
+        robots.begin(url)
 
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))  # so that the robots end with the server
     try:
-        run(_settings(data, host, port), begin)
+        run(settings, begin, create_app(settings, robots=robots))
     finally:
-        for process in robots:
-            process.terminate()
-            process.wait()
+        robots.end()
 
 
 @app.command()

@@ -30,6 +30,11 @@ export function startSession(document) {
   return post('/api/sessions', document);
 }
 
+/** Let the simulator upload a demo inspection. */
+export async function startDemo() {
+  await post('/api/demo', {});
+}
+
 /** No more uploads. @param {string} id @returns {Promise<SessionFacts>} */
 export function finishSession(id) {
   return post(`/api/sessions/${encodeURIComponent(id)}/finish?wait=0`, {});
@@ -63,6 +68,11 @@ export async function getOtherReadings(facts, rod) {
     return reading ? [{ session, reading }] : [];
   }));
   return found.flat();
+}
+
+/** What all rods read as, revision by revision. @param {string} session @returns {Promise<(PastReading & {rod_id: string})[]>} */
+export async function getReadings(session) {
+  return (await get(`/api/sessions/${encodeURIComponent(session)}/readings`)).readings;
 }
 
 /** Say what a rod is; `state` null takes that back. @param {string} session @param {string} rod

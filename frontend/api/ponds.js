@@ -93,6 +93,11 @@ export function renamePond(pond, name) {
   return post(pondPath(pond), { name }, 'PATCH');
 }
 
+/** The methods that the server has for the session, and its own. @param {string} session @returns {Promise<{own: string, methods: string[]}>} */
+export function methodsOf(session) {
+  return get(`${sessionPath(session)}/corrections`);
+}
+
 /** Once more, by another method. @param {string} session @param {string} method @returns {Promise<MethodResult>} */
 export function correctAgain(session, method) {
   return post(`${sessionPath(session)}/corrections`, { method });

@@ -54,9 +54,9 @@ export function count(n) {
   return n == null || !Number.isFinite(n) ? NONE : n.toLocaleString('en').replaceAll(',', '\u202f');
 }
 
-/** A moment, in the reader's own zone with its seconds. @param {string | number | null | undefined} at */
+/** A moment, with its seconds and its zone: UTC everywhere, as in reports and logs. @param {string | number | null | undefined} at */
 export function moment(at) {
   const date = new Date(at ?? NaN);
   if (Number.isNaN(date.getTime())) return NONE;
-  return date.toLocaleString('sv', { dateStyle: 'short', timeStyle: 'medium' });
+  return `${date.toISOString().slice(0, 19).replace('T', ' ')} UTC`;
 }

@@ -16,3 +16,8 @@ test('lengths carry the unit that suits them', () => {
 });
 
 test('angles are degrees', () => assert.equal(format.angle(Math.PI / 2), '90.0°'));
+
+test('a moment says its zone, whatever the zone of the reader', () => {
+  assert.deepEqual(['2030-01-01T12:00:05.9+02:00', Date.UTC(2030, 0, 1), null, 'x'].map(format.moment),
+    ['2030-01-01 10:00:05 UTC', '2030-01-01 00:00:00 UTC', '–', '–']);
+});

@@ -1,9 +1,10 @@
 // @ts-check
 /**
  * One clock for all panels: live, or a moment of the past that can be held, moved and replayed. And the inspection as
- * far as that moment, as it is known now: what was seen by then, at today's corrected places. Pure.
+ * far as that moment: what was seen by then, at today's corrected places; rods as they read then. Pure.
  */
 
+import * as format from './format.js';
 import { Inspection } from './inspection.js';
 import { Looks } from './looks.js';
 
@@ -28,6 +29,12 @@ export class Clock extends EventTarget {
     this.dispatchEvent(new Event('change'));
   }
 
+  /** Replay from a moment on. @param {number} fromMs the server's clock */
+  replay(fromMs) {
+    this.playing = true;
+    this.seek(fromMs);
+  }
+
   /** Hold, or go on; from live it holds the moment. @param {number} nowMs the server's clock */
   toggle(nowMs) {
     if (this.atMs === null) this.atMs = nowMs;
@@ -44,11 +51,18 @@ export class Clock extends EventTarget {
   }
 }
 
+/** How an inspection ended, in words; null while it goes on. @param {SessionFacts} facts */
+export function endOf({ state, finished_at: at }) {
+  if (!['finished', 'failed', 'closed'].includes(state)) return null;
+  return `${state} ${at ? format.moment(at) : ''}`.trim();
+}
+
 /**
  * The inspection as far as a moment. A rod that nobody had looked at by then is not observed.
  * @param {Inspection} inspection @param {number} atMs epoch, the server's clock
+ * @param {import('./readings.js').Readings | null} [readings] of its rods by then; absent: as they are known now
  */
-export function asOf(inspection, atMs) {
+export function asOf(inspection, atMs, readings = null) {
   const { facts } = inspection;
   const past = new Inspection({ ...facts, state: 'review' });
   past.heldAtMs = atMs;
@@ -61,15 +75,21 @@ export function asOf(inspection, atMs) {
   for (const { status } of poses) counts[status] += 1;
   past.facts.counts = counts;
   past.facts.coverage = null;
-  if (facts.pond && facts.camera) showSeen(past, inspection, facts.pond, facts.camera, poses, atMs);
+  if (facts.pond && facts.camera) showSeen(past, inspection, { pond: facts.pond, camera: facts.camera, poses, atMs, readings });
   past.revision = inspection.revision;
   return past;
 }
 
-/** @param {Inspection} past @param {Inspection} inspection @param {Pond} pond @param {Camera} camera @param {PoseRow[]} poses @param {number} atMs */
-function showSeen(past, inspection, pond, camera, poses, atMs) {
+/**
+ * @param {Inspection} past @param {Inspection} inspection
+ * @param {{pond: Pond, camera: Camera, poses: PoseRow[], atMs: number, readings: import('./readings.js').Readings | null}} then
+ */
+function showSeen(past, inspection, { pond, camera, poses, atMs, readings }) {
   const looks = new Looks(pond, camera);
   looks.count(poses, atMs);
   past.facts.coverage = looks.seenShare;
-  for (const [id, { newestMs }] of looks.rods) if (newestMs) past.rods.set(id, inspection.rod(id));
+  for (const [id, { newestMs }] of looks.rods) {
+    const row = newestMs && (readings ? readings.at(inspection.rod(id), atMs) : inspection.rod(id));
+    if (row) past.rods.set(id, row);
+  }
 }

@@ -2,7 +2,8 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Inspection } from './inspection.js';
 import { robotViews } from './robots.js';
-import { Clock, asOf } from './review.js';
+import { Readings } from './readings.js';
+import { Clock, asOf, endOf } from './review.js';
 
 const T = Date.parse('2030-01-01T12:00:00Z');
 const at = (s) => new Date(T + 1000 * s).toISOString();
@@ -61,4 +62,21 @@ test('from live, the first press holds the moment', () => {
   const clock = new Clock();
   clock.toggle(7000);
   assert.deepEqual([clock.atMs, clock.playing], [7000, false]);
+});
+
+test('a rod reads as it did at the moment, and is not observed before it was first read', () => {
+  const kept = (s, state) => ({ rod_id: 'early', at: at(s), revision: s, state, fill: null, confidence: 0.9, views: 1, conflicting: false });
+  const readings = new Readings([kept(1, 'empty'), kept(11, 'full')], T + 20_000);
+  assert.deepEqual([0, 5, 12].map((s) => asOf(inspection(), T + 1000 * s, readings).rod('early').state), ['unseen', 'empty', 'full']);
+});
+
+test('an inspection that ended says when; one that goes on says nothing', () => {
+  assert.equal(endOf({ state: 'finished', finished_at: '2030-01-01T12:00:05Z' }), 'finished 2030-01-01 12:00:05 UTC');
+  assert.equal(endOf({ state: 'finishing', finished_at: null }), null);
+});
+
+test('a replay from a moment plays at once', () => {
+  const clock = new Clock();
+  clock.replay(5000);
+  assert.deepEqual([clock.atMs, clock.playing, clock.live], [5000, true, false]);
 });

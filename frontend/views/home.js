@@ -1,13 +1,14 @@
 // @ts-check
 /** All inspections, newest first; what to do where there are none. */
 
-import { Problem, pageOfSessions, signOfLife } from '../api/client.js';
+import { Problem, pageOfSessions, signOfLife, startDemo } from '../api/client.js';
 import { Heartbeat } from '../live/heartbeat.js';
 import * as format from '../state/format.js';
 import { format as addressOf } from '../state/address.js';
 import { isRunning } from '../state/robots.js';
 import { h, setText } from './dom.js';
 import { navigation, sessionLinks } from './nav.js';
+import { Fault } from './pagekit.js';
 import { Handover } from './handover.js';
 import { StartForm } from './startform.js';
 import { TopBar } from './topbar.js';
@@ -92,6 +93,12 @@ export class Home {
     this.#timer = setTimeout(() => void this.#refresh(), EVERY_MS);
   }
 
+  /** Its inspection is opened as soon as it is there. */
+  async #demo() {
+    await startDemo();
+    this.#opens = true;
+  }
+
   /** @param {SessionFacts[]} sessions */
   #show(sessions) {
     const searching = Boolean(this.#search.value.trim());
@@ -102,7 +109,7 @@ export class Home {
     const now = JSON.stringify([sessions, searching]);
     if (now === this.#shown) return;
     this.#shown = now;
-    const nothing = () => (searching ? h('p', { class: 'note', text: 'No inspection has such a name.' }) : welcome());
+    const nothing = () => (searching ? h('p', { class: 'note', text: 'No inspection has such a name.' }) : welcome(() => this.#demo()));
     this.#list.replaceChildren(sessions.length ? table(sessions) : nothing());
   }
 }
@@ -127,11 +134,21 @@ function row(session) {
     h('td', {}, h('span', { class: 'more-links' }, ...sessionLinks(session))));
 }
 
-function welcome() {
+/** @param {() => Promise<void>} demo */
+function welcome(demo) {
+  const fault = new Fault();
+  const begins = h('p', { role: 'status', id: 'demo-begins' });
+  const button = h('button', { type: 'button', id: 'start-demo', class: 'primary', text: 'Start the demo inspection', onClick: async () => {
+    button.disabled = true;
+    begins.textContent = 'Simulated robots set out; their first snapshots come within seconds.';
+    if (await fault.tell(demo)) return;
+    begins.textContent = '';
+    button.disabled = false;
+  } });
   return h('div', { class: 'note' },
     h('p', {}, h('strong', { text: 'There is no inspection yet.' })),
     h('p', { text: 'A base station starts one when it begins to upload; this page shows it as soon as it does.' }),
-    h('p', { text: 'To watch a simulated pond assemble itself, run on this machine:' }), command(`pondwatch simulate --url ${location.origin}`),
+    h('p', { text: 'To see how one looks, let seven simulated robots inspect a simulated pond:' }), h('p', {}, button), begins, fault.element,
     h('p', { text: 'To upload a recorded session:' }), command(`pondwatch upload BUNDLE --url ${location.origin}`));
 }
 

@@ -20,13 +20,14 @@ export class LayerLegend {
   }
 
   /** @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} raw
-   * @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} [past] absent while live */
-  update(raw, past) {
+   * @param {import('../map/snapshotmosaic.js').SnapshotMosaic | null} [past] absent while live
+   * @param {boolean} [readThen] whether rods are shown as they read then */
+  update(raw, past, readThen = false) {
     const { layer, picture } = this.#options;
     this.#note.hidden = picture !== 'raw';
     if (picture === 'raw') setText(this.#note, `RAW POSES · as the robots said, not corrected${progress(raw)}`);
     this.#review.hidden = past === undefined;
-    if (past !== undefined) setText(this.#review, `REVIEW · what was seen by then, as it is known now${picture === 'raw' ? '' : progress(past)}`);
+    if (past !== undefined) setText(this.#review, `REVIEW · what was seen by then, ${readThen ? 'rods as they read then' : 'as it is known now'}${picture === 'raw' ? '' : progress(past)}`);
     if (this.element.dataset.layer === layer) return;
     this.element.dataset.layer = layer;
     this.element.replaceChildren();

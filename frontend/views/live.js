@@ -12,6 +12,7 @@ import { Options } from '../state/options.js';
 import { Pulse } from '../state/pulse.js';
 import { robotViews } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
+import { AddressBar } from './addressbar.js';
 import { AlarmDesk } from './alarms.js';
 import { Findings } from './findings.js';
 import { Finish } from './finish.js';
@@ -34,7 +35,6 @@ import { TopBar } from './topbar.js';
 
 const CLOCK_MS = 250;
 const PANELS_MS = 200;
-const ADDRESS_MS = 300;
 
 export class Live {
   #finish;
@@ -53,7 +53,7 @@ export class Live {
   #column = h('div', { class: 'map-column' }, this.#area);
   /** @type {PondView | null} */ #view = null;
   /** What the address asked for, until it can be had. @type {Pick<import('../state/address.js').Address, 'rod' | 'view' | 'at'>} */ #wanted;
-  #addressedAt = -Infinity;
+  #address = new AddressBar(() => this.#addressOf());
   #due = false;
   #hearing = '';
 
@@ -106,8 +106,8 @@ export class Live {
     for (const said of ['rods', 'notes']) inspection.addEventListener(said, () => this.#soon()); // what people say makes no revision
     rodPanel.addEventListener('choose', () => this.#showEvidence());
     rodPanel.addEventListener('close', () => this.#chooseRod(null));
-    this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#address(); this.#update(); });
-    this.options.addEventListener('change', () => { this.#address(); this.#update(); });
+    this.time.addEventListener('change', () => { this.#view?.show(this.time.shown, this.time.live); this.#address.keep(); this.#update(); });
+    this.options.addEventListener('change', () => { this.#address.keep(); this.#update(); });
     addEventListener('online', () => link.restart());
     listen(this.#actions);
     setInterval(() => this.#tick(), CLOCK_MS);
@@ -130,7 +130,7 @@ export class Live {
     view.addEventListener('choose', (event) => this.#chooseRod(/** @type {CustomEvent} */ (event).detail));
     if (this.#wanted.view) view.map.show(this.#wanted.view);
     this.#wanted.view = null;
-    view.addEventListener('moved', () => this.#address());
+    view.addEventListener('moved', () => this.#address.keep());
     view.addEventListener('measure', () => this.#measured(view));
     view.addEventListener('pointer', (event) => this.#point(/** @type {CustomEvent} */ (event).detail));
     this.#view = view;
@@ -188,11 +188,11 @@ export class Live {
     this.#hearing = hearing;
     this.alarms.update(this.time.live, this.#serverMs);
     this.#health.update(this.#pulse, this.time.shown, this.#view?.looks ?? null);
-    this.#legend.update(this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null);
+    this.#legend.update(this.#view?.raw ?? null, this.time.live ? undefined : this.#view?.past ?? null, this.time.hasReadings);
     setAttribute(this.#main, 'data-link', this.link.state);
     this.#wait.hidden = this.inspection.revision !== null; // that nothing is known yet is not that nothing was observed
     setAttribute(this.#main, 'data-loading', this.#wait.hidden ? null : '');
-    setAttribute(this.#main, 'data-mode', this.time.live ? 'live' : 'review');
+    setAttribute(this.#main, 'data-mode', this.time.mode);
     if (this.link.state === 'disconnected') {
       const asOf = this.inspection.dataAt ? `The picture is ${format.age((now - this.inspection.dataAt) / 1000)} old.` : 'Nothing was received yet.';
       this.#say('DISCONNECTED', `${asOf} Server last heard ${format.age(this.link.silenceMs / 1000)} ago; trying again.`);
@@ -239,7 +239,7 @@ export class Live {
     this.#view.chosenRod = rod;
     this.#wanted.rod = null;
     this.#view.evidence = null;
-    this.#address();
+    this.#address.keep();
     if (rod) void this.rodPanel.open(this.time.shown.rod(rod.id), rod);
     else if (this.rodPanel.rodId) this.rodPanel.close();
     this.#view.repaint();
@@ -289,19 +289,10 @@ export class Live {
     else if (kind === 'coverage-stale') this.#goNext();
   }
 
-  /** The view as the page's address. */
-  #address() {
-    if (this.#addressedAt + ADDRESS_MS > performance.now()) return this.#addressLater();
-    this.#addressedAt = performance.now();
+  #addressOf() {
     const rod = this.#view?.chosenRod?.id ?? this.#wanted.rod;
     const view = this.#view ? this.#view.map.view : this.#wanted.view;
     const at = this.time.clock.atMs ?? this.#wanted.at;
-    history.replaceState(null, '', addressOf({ session: this.inspection.facts.id, rod, show: this.options.words(), view, at }));
+    return addressOf({ session: this.inspection.facts.id, rod, show: this.options.words(), view, at });
   }
-
-  /** Browsers allow only so many changes of the address in a while: a drag or a replay makes many. */
-  #addressLater() {
-    this.#addressTimer ??= setTimeout(() => { this.#addressTimer = undefined; this.#address(); }, ADDRESS_MS);
-  }
-  /** @type {number | undefined} */ #addressTimer;
 }

@@ -2,7 +2,7 @@
 /** A finished inspection corrected again by another method: which verdicts differ. Both results are kept. */
 
 import { getSession } from '../api/client.js';
-import { compareMethods, correctAgain } from '../api/ponds.js';
+import { compareMethods, correctAgain, methodsOf } from '../api/ponds.js';
 import { format as addressOf } from '../state/address.js';
 import * as format from '../state/format.js';
 import { isRunning } from '../state/robots.js';
@@ -14,8 +14,8 @@ import { Fault, formOf, labelled, tableOf } from './pagekit.js';
 import { TopBar } from './topbar.js';
 
 const LOOK_MS = 1000;
-/** What each makes of the same snapshots. */
-const METHODS = {
+/** What each makes of the same snapshots; which there are, the server says. @type {Record<string, string>} */
+const WORDS = {
   lattice: 'lattice: joint decision over all snapshots', 'lattice-network': 'lattice-network: the same, rods found by a network', graph: 'graph: pairs of snapshots, without the layout',
   identity: 'identity: as the robots said',
 };
@@ -47,7 +47,7 @@ export class MethodsPage {
     await this.#fault.tell(async () => {
       const facts = await getSession(this.#session);
       this.#bar.title = `Methods · ${facts.name}`;
-      if (!this.#form.childElementCount) this.#form.replaceChildren(isRunning(facts.state) ? h('p', { class: 'note', text: `The inspection is ${facts.state}: it can be corrected again once it is finished.` }) : this.#ask(facts));
+      if (!this.#form.childElementCount) this.#form.replaceChildren(isRunning(facts.state) ? h('p', { class: 'note', text: `The inspection is ${facts.state}: it can be corrected again once it is finished.` }) : this.#ask(await methodsOf(this.#session)));
       this.#show(facts);
       clearTimeout(this.#timer);
       if (facts.corrections?.some(({ state }) => state === 'queued' || state === 'running')) this.#timer = setTimeout(() => void this.start(), LOOK_MS);
@@ -55,10 +55,11 @@ export class MethodsPage {
     });
   }
 
-  /** @param {SessionFacts} facts */
-  #ask(facts) {
-    const others = Object.entries(METHODS).filter(([method]) => method !== facts.method);
-    const select = h('select', { id: 'method', name: 'method' }, ...others.map(([value, text]) => h('option', { value, text })));
+  /** @param {{own: string, methods: string[]}} there */
+  #ask({ own, methods }) {
+    const others = methods.filter((method) => method !== own);
+    if (!others.length) return h('p', { class: 'note', text: 'The server has no other method for this inspection.' });
+    const select = h('select', { id: 'method', name: 'method' }, ...others.map((value) => h('option', { value, text: WORDS[value] ?? value })));
     const send = async () => {
       this.#with = select.value;
       history.replaceState(null, '', `/?methods=${this.#session}&with=${this.#with}`);

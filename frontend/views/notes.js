@@ -6,6 +6,7 @@ import * as format from '../state/format.js';
 import { aboutOf, noteOf, openFirst } from '../state/notes.js';
 import { authorField, authorOf } from './author.js';
 import { h, setText } from './dom.js';
+import { Fault } from './pagekit.js';
 
 /** @typedef {{session: string, middle: () => {xM: number, yM: number} | null, moment: () => number | null, go: (note: Note) => void}} Uses */
 
@@ -18,17 +19,17 @@ export class Notes {
   #list = h('ul', { class: 'said', id: 'notes' });
   #text = h('textarea', { name: 'text', required: true, maxlength: '2000', rows: '2' });
   #about = h('select', { name: 'about' }, ...[['all', 'the whole inspection'], ['place', 'the middle of the map'], ['moment', 'the moment that is shown']].map(([value, text]) => h('option', { value, text })));
-  #fault = h('p', { class: 'note bad', role: 'alert', hidden: true });
+  #fault = new Fault();
   #form = h('form', { class: 'stack', id: 'write-form' }, h('label', {}, 'Note', this.#text), h('label', {}, 'About', this.#about), authorField(), h('button', { type: 'submit', text: 'Keep the note' }));
   #fold = h('details', {}, h('summary', { text: 'Write a note for the next shift' }), this.#form);
-  element = h('section', { id: 'notes-panel' }, this.#title, this.#list, this.#fault, this.#fold);
+  element = h('section', { id: 'notes-panel' }, this.#title, this.#list, this.#fault.element, this.#fold);
 
   /** @param {Uses} uses */
   constructor(uses) {
     this.#uses = uses;
     this.#form.addEventListener('submit', (event) => {
       event.preventDefault();
-      void this.#tell(() => this.#write());
+      void this.#fault.tell(() => this.#write());
     });
   }
 
@@ -56,7 +57,7 @@ export class Notes {
     return h('li', { 'data-closed': String(isDone) }, h('span', { text: note.text }),
       about && h('button', { type: 'button', class: 'plain', text: about, onClick: () => this.#uses.go(note) }),
       h('span', { class: 'quiet', text: `${note.by}, ${format.moment(note.at)}${isDone ? `; closed by ${note.closed_by}` : ''}` }),
-      !isDone && h('button', { type: 'button', 'aria-label': `Close: ${note.text.slice(0, 60)}`, text: 'Dealt with', onClick: () => void this.#tell(() => this.#close(note)) }));
+      !isDone && h('button', { type: 'button', 'aria-label': `Close: ${note.text.slice(0, 60)}`, text: 'Dealt with', onClick: () => void this.#fault.tell(() => this.#close(note)) }));
   }
 
   async #write() {
@@ -73,17 +74,5 @@ export class Notes {
     this.#fold.open = true;
     field.focus();
     throw new Problem('Write your name below first: it is kept with what you do.', 0);
-  }
-
-  /** @param {() => Promise<void>} run */
-  async #tell(run) {
-    try {
-      this.#fault.hidden = true;
-      await run();
-    } catch (error) {
-      if (!(error instanceof Problem)) throw error;
-      setText(this.#fault, error.message);
-      this.#fault.hidden = false;
-    }
   }
 }

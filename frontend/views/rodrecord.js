@@ -1,12 +1,13 @@
 // @ts-check
 /** What a rod read as before, here and in other inspections; what people say of it; notes on it. */
 
-import { Problem, getOtherReadings, getRodRecord, judgeRod, writeNote } from '../api/client.js';
+import { getOtherReadings, getRodRecord, judgeRod, writeNote } from '../api/client.js';
 import { format as addressOf } from '../state/address.js';
 import * as format from '../state/format.js';
 import { machineVerdictOf, wordOf } from '../state/rods.js';
 import { authorField, authorOf } from './author.js';
 import { h } from './dom.js';
+import { Fault } from './pagekit.js';
 
 const MOST_ROWS = 30;
 
@@ -18,10 +19,10 @@ export class RodRecord {
   #history = h('section', { id: 'rod-history' });
   #others = h('section', { id: 'rod-others' });
   #said = h('section', { id: 'rod-said' });
-  #fault = h('p', { class: 'note bad', role: 'alert', hidden: true });
+  #fault = new Fault();
   #judge = judgementForm((form) => this.#send(form, (by) => judgeRod(this.#facts().id, this.#rodId, judgementOf(form, by))));
   #note = noteForm((form) => this.#send(form, (by) => writeNote(this.#facts().id, { text: wordsOf(form, 'text'), by, rod_id: this.#rodId })));
-  element = h('div', { class: 'side-part' }, this.#said, this.#fault, fold('Correct by hand', this.#judge), fold('Write a note', this.#note), this.#history, this.#others);
+  element = h('div', { class: 'side-part' }, this.#said, this.#fault.element, fold('Correct by hand', this.#judge), fold('Write a note', this.#note), this.#history, this.#others);
 
   /** @param {() => SessionFacts} facts */
   constructor(facts) {
@@ -32,7 +33,7 @@ export class RodRecord {
   async open(rodId) {
     this.#rodId = rodId;
     this.#seen = '';
-    this.#fault.hidden = true;
+    this.#fault.element.hidden = true;
     for (const form of [this.#judge, this.#note]) form.reset();
     for (const part of [this.#history, this.#others, this.#said]) part.replaceChildren();
     await Promise.all([this.load(), this.#loadOthers(rodId)]);
@@ -47,7 +48,7 @@ export class RodRecord {
 
   async load() {
     const asked = ++this.#asked;
-    await this.#tell(async () => {
+    await this.#fault.tell(async () => {
       const record = await getRodRecord(this.#facts().id, this.#rodId);
       if (asked === this.#asked) this.#show(record);
     });
@@ -55,7 +56,7 @@ export class RodRecord {
 
   /** @param {string} rodId */
   async #loadOthers(rodId) {
-    await this.#tell(async () => {
+    await this.#fault.tell(async () => {
       const others = await getOtherReadings(this.#facts(), rodId);
       if (rodId !== this.#rodId) return;
       const rows = others.map(({ session, reading }) => [
@@ -78,24 +79,12 @@ export class RodRecord {
 
   /** @param {HTMLFormElement} form @param {(by: string) => Promise<unknown>} send */
   async #send(form, send) {
-    await this.#tell(async () => {
+    await this.#fault.tell(async () => {
       await send(authorOf(form));
       form.reset();
       form.closest('details')?.removeAttribute('open');
       await this.load();
     });
-  }
-
-  /** @param {() => Promise<void>} run */
-  async #tell(run) {
-    try {
-      this.#fault.hidden = true;
-      await run();
-    } catch (error) {
-      if (!(error instanceof Problem)) throw error;
-      this.#fault.textContent = error.message;
-      this.#fault.hidden = false;
-    }
   }
 }
 

@@ -2,6 +2,7 @@
 /** The bar on top: where one is, whether the link is alive, and how old the picture is. */
 
 import * as format from '../state/format.js';
+import { endOf } from '../state/review.js';
 import { isRunning } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
 import { toggleTheme } from './theme.js';
@@ -43,7 +44,7 @@ export class TopBar {
     tell();
   }
 
-  /** @param {keyof typeof LINK_WORDS} state @param {string} words @param {number} silenceMs */
+  /** @param {keyof typeof LINK_WORDS | 'final'} state @param {string} words @param {number} silenceMs */
   #showLink(state, words, silenceMs) {
     setText(this.#link, state === 'disconnected' ? `${words} ${format.age(silenceMs / 1000)}` : words);
     setAttribute(this.#link, 'data-state', state);
@@ -56,11 +57,12 @@ export class TopBar {
   update(inspection, link, nowMs) {
     this.#ringing = inspection.alarms.ringing;
     this.title = inspection.facts.name || inspection.facts.id;
-    this.#ageBox.hidden = this.#link.hidden = this.#state.hidden = false;
+    const end = endOf(inspection.facts);
+    this.#link.hidden = this.#state.hidden = false;
+    this.#ageBox.hidden = end !== null; // it grows no more: an age would say that news is awaited
     setText(this.#state, inspection.facts.state);
-    const running = isRunning(inspection.facts.state);
-    const words = link.state === 'live' && !running ? 'Connected' : LINK_WORDS[link.state];
-    this.#showLink(link.state, words, link.silenceMs);
+    const isFinal = link.state === 'live' && !isRunning(inspection.facts.state);
+    this.#showLink(isFinal ? 'final' : link.state, isFinal ? (end ? 'Final' : 'Finishing…') : LINK_WORDS[link.state], link.silenceMs);
     setText(this.#age, inspection.dataAt ? format.age((nowMs - inspection.dataAt) / 1000) : format.NONE);
   }
 }

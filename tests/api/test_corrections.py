@@ -78,3 +78,13 @@ def test_a_correction_that_cannot_be_made_is_refused(
 def test_an_open_or_missing_session_is_not_corrected_again(api: Api) -> None:
     problem(ask(api, api.open(), {"method": "graph"}), 409, "not-finished")
     problem(ask(api, "0" * 28, {"method": "graph"}), 404, "missing")
+
+
+def test_only_methods_that_the_server_has_for_the_session_are_named(api: Api, finished: str) -> None:
+    told = api.get(finished, "/corrections").json()
+    bare = api.open(pond={"width_m": 0.4, "height_m": 0.3, "rods": []})
+
+    assert told["own"] == "identity"
+    assert {"identity", "lattice", "graph"} <= set(told["methods"])
+    assert "auto" not in told["methods"]
+    assert "lattice" not in api.get(bare, "/corrections").json()["methods"], "it needs a layout"

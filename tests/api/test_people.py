@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
-from tests.fakes.robot import Shot
+from pondwatch.core.values import RodReading, RodState
+from tests.fakes.robot import Shot, document
+from tests.fakes.robots import StillRobots
+from tests.fakes.whole import whole
 
 from .conftest import Api
 from .test_upload import problem
@@ -141,3 +146,17 @@ def test_the_next_shift_is_told_of_all_that_is_open_and_of_what_was_said(api: Ap
     assert (told["notes"][0]["text"], told["notes"][0]["session_name"]) == ("Lamp out", "Handed over")
     assert (told["judgements"][0]["rod_id"], told["judgements"][0]["session"]) == ("R2", session)
     problem(api.http.get("/api/handover", params={"hours": 0}), 422, "invalid-request")
+
+
+def test_what_all_rods_read_as_is_told_in_the_order_in_which_it_changed(tmp_path: Path) -> None:
+    with whole(tmp_path, StillRobots()) as server:
+        session = httpx.post(f"{server.url}/api/sessions", json=document()).json()["id"]
+        for rod, state in (("R2", RodState.EMPTY), ("R1", RodState.FULL), ("R2", RodState.FULL)):
+            server.read(session, RodReading(rod, state, 1.0 if state is RodState.FULL else 0.0, 0.9, 1))
+
+        told = httpx.get(f"{server.url}/api/sessions/{session}/readings").json()
+
+        assert told["revision"] == 3
+        rows = [(row["revision"], row["rod_id"], row["state"]) for row in told["readings"]]
+        assert rows == [(1, "R2", "empty"), (2, "R1", "full"), (3, "R2", "full")]
+        assert httpx.get(f"{server.url}/api/sessions/none/readings").status_code == 404

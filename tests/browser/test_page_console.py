@@ -98,7 +98,7 @@ def test_the_past_is_shown_as_such_and_only_what_was_seen_by_then(console: Desk,
     assert eventually(lambda: console.figure("pastDigest()") == first)
 
     page.keyboard.press("v")
-    assert console.says("#moment", "now")
+    assert console.says("#moment", "finished")
     assert console.says("#count-snapshots", str(COUNT))
     assert not page.locator("#review-note").is_visible()
 
@@ -229,7 +229,7 @@ def test_a_view_is_the_same_from_its_address(console: Desk, make_desk: Callable[
     assert other.page.locator("#layer-grid").get_attribute("aria-pressed") == "true"
     assert other.page.locator("#layer-rods").get_attribute("aria-pressed") == "false"
     assert other.says("#rod-panel", f"Rod {seen}")
-    assert eventually(lambda: other.text("#moment") == console.text("#moment") != "now")
+    assert eventually(lambda: other.text("#moment") == console.text("#moment") != "finished")
     assert eventually(lambda: other.address == console.address)
 
 

@@ -81,3 +81,50 @@ def test_an_inspection_is_finished_after_a_question(desk: Desk, server: FakeServ
 
     assert desk.says(".badge", "finished")
     assert eventually(lambda: not desk.page.locator("#finish").is_visible())
+
+
+def test_where_nothing_is_the_demo_is_one_click_away(desk: Desk, server: FakeServer) -> None:
+    server.listening, server.demo_runs = False, True
+    desk.open(server, "/?inspections")
+    assert desk.says("#home", "There is no inspection yet.")
+    desk.page.locator("#start-demo").click()
+    assert desk.says("#home", "The demo inspection runs already.")
+    assert desk.page.locator("#start-demo").is_enabled()
+
+    server.demo_runs = False
+    desk.page.locator("#start-demo").click()
+
+    assert desk.says("h1", "Pond 3"), "the page goes to it by itself"
+
+
+def test_a_finished_inspection_reads_final_and_is_replayed_from_its_beginning(desk: Desk, server: FakeServer) -> None:
+    server.advance(6)
+    server.bus.publish("s1", server.source.step(state="finished", finished_at="2030-01-01T12:00:05.000Z"))
+    desk.open(server, "/?session=s1")
+
+    assert desk.says("#go-live", "Final")
+    assert desk.says("#moment", "finished 2030-01-01 12:00:05 UTC")
+    assert desk.says("#link-state", "Final")
+    assert not desk.page.locator("#data-age").is_visible()
+    desk.page.locator("#play").click()
+    assert desk.says("#moment", "REVIEW")
+    desk.page.locator("#go-live").click()
+    assert desk.says("#moment", "finished")
+    assert desk.errors == []
+
+
+def test_back_in_time_a_rod_reads_as_it_did_then(desk: Desk, server: FakeServer) -> None:
+    server.advance(20)
+    rod = next(r for r in server.source.changes("s1", None).rods if r["state"] == "full" and not r.get("conflicting"))
+    began = {"rod_id": rod["rod_id"], "at": "2000-01-01T00:00:00.000Z", "revision": 1, "state": "empty", "fill": 0.0}
+    server.readings = [{**began, "confidence": 0.7, "views": 1, "conflicting": False}]
+    desk.open(server, f"/?session=s1&rod={rod['rod_id']}")
+    assert desk.says("#rod-verdict", "Full")
+
+    desk.page.locator("#scrub").fill("2000")
+
+    assert desk.says("#rod-verdict", "Empty")
+    assert desk.says("#review-note", "rods as they read then")
+    desk.page.keyboard.press("v")
+    assert desk.says("#rod-verdict", "Full")
+    assert desk.errors == []

@@ -96,7 +96,7 @@ def go_back_in_time_and_return(desk: Desk, _: FakeServer) -> None:
     assert desk.says("#moment", "REVIEW")
     assert eventually(lambda: "at=" in desk.address)
     press(desk, "v")
-    assert desk.says("#moment", "now")
+    assert desk.says("#moment", "finished")
     assert eventually(lambda: "at=" not in desk.address)
 
 

@@ -37,6 +37,10 @@ class RealServer:
         self._process.send_signal(signal.SIGKILL)
         self._process.wait(10)
 
+    def stop(self) -> None:
+        self._process.terminate()
+        self._process.wait(60)
+
     def _is_ready(self) -> bool:
         try:
             return httpx.get(f"{self.url}/readyz", timeout=2).status_code == 200
@@ -87,6 +91,19 @@ def test_what_is_uploaded_is_painted_as_the_server_has_it(desk: Desk, server: Re
     assert desk.text("#robots").count("bubble-1") == 1
     assert desk.errors == []
     assert desk.strangers == []
+
+
+def test_the_demo_starts_by_one_click_on_an_empty_server_and_its_mosaic_grows(desk: Desk, server: RealServer) -> None:
+    desk.page.goto(server.url)
+    desk.page.locator("#start-demo").click()
+
+    assert desk.says("h1", "Demo inspection 1", 60)
+    first = eventually(lambda: desk.figure("rasterDigest()"), 60)
+    assert eventually(lambda: desk.figure("rasterDigest()") not in (None, first), 60), "it grows"
+    refused = httpx.post(f"{server.url}/api/demo")
+    assert refused.status_code == 409
+    assert desk.errors == []
+    server.stop()  # and the robots with it
 
 
 def test_a_server_killed_amid_uploads_is_said_and_its_return_brings_everything(desk: Desk, server: RealServer) -> None:

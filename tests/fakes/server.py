@@ -48,6 +48,8 @@ class FakeServer:
         self.said: dict[str, list[dict[str, Any]]] = {}
         self.notes: list[dict[str, Any]] = []
         self.findings: list[dict[str, Any]] = []
+        self.readings: list[dict[str, Any]] = []
+        self.demo_runs = False
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
 
@@ -115,6 +117,17 @@ def make_app(server: FakeServer) -> FastAPI:
         start = next((i for i, s in enumerate(found) if s["id"] == before), -1) + 1
         page = found[start : start + 25]
         return {"sessions": page, "next": page[-1]["id"] if len(found) > start + 25 else None}
+
+    @app.post("/api/demo", status_code=202)
+    def demo() -> Response:
+        if server.demo_runs:
+            return JSONResponse({"detail": "The demo inspection runs already."}, 409)
+        server.listening = True
+        return JSONResponse({"state": "started"}, 202)
+
+    @app.get("/api/sessions/s1/readings")
+    def readings() -> Any:
+        return {"session": "s1", "revision": source.revision, "readings": server.readings}
 
     @app.post("/api/sessions", status_code=201)
     def start(document: dict[str, Any]) -> Response:

@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 import uvicorn
 
-from pondwatch.api.services import Services
+from pondwatch.api.services import Robots, Services
 from pondwatch.app import create_app
 from pondwatch.config import Settings
 from pondwatch.core.values import RodReading
@@ -39,9 +39,9 @@ class Whole:
 
 
 @contextlib.contextmanager
-def whole(data: Path, **settings: Any) -> Iterator[Whole]:
+def whole(data: Path, robots: Robots | None = None, **settings: Any) -> Iterator[Whole]:
     """Run it; stopped at the end."""
-    app = create_app(Settings(data=data, workers=1, **settings), make_lane=lambda _timeout_s: InlineLane())
+    app = create_app(Settings(data=data, workers=1, **settings), lambda _timeout_s: InlineLane(), robots)
     server = uvicorn.Server(uvicorn.Config(app, "127.0.0.1", 0, log_level="error", timeout_graceful_shutdown=1))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()

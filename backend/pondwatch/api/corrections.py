@@ -8,11 +8,12 @@ from fastapi import APIRouter, Query
 from fastapi.responses import JSONResponse
 from sqlalchemy import Connection
 
+from pondwatch.core.errors import Invalid, Unavailable
 from pondwatch.core.values import RodState
 from pondwatch.jobs import comparing, correct, views
-from pondwatch.jobs.papernets import make_corrector
+from pondwatch.jobs.papernets import METHODS, make_corrector
 from pondwatch.jobs.views import Json
-from pondwatch.store import sessions
+from pondwatch.store import corrections, sessions
 from pondwatch.store.sessions import Session
 
 from .results import rods_by
@@ -33,6 +34,28 @@ def correct_again(here: Here, session_id: str, asked: CorrectionIn) -> JSONRespo
     correction = correct.begin(here.store, session_id, method, here.now_ms())
     here.queue.wake(session_id)
     return JSONResponse(views.correction(correction), 200 if correction.state == "done" else 202)
+
+
+@router.get("", summary="A session's further corrections, and the methods there are for it")
+def list_corrections(here: Here, session_id: str) -> JSONResponse:
+    """`corrections`; `own`, the session's method; `methods`: those that this server has and this session can be
+    corrected by, its own among them."""
+
+    def look(connection: Connection) -> tuple[Session, list[Json]]:
+        session = sessions.get(connection, session_id, with_rods=True)
+        return session, [views.correction(c) for c in corrections.of(connection, session_id)]
+
+    session, made = here.store.read(look)
+    names = [name for name in METHODS if name != "auto" and _fits(session, name)]
+    return JSONResponse({"session": session_id, "own": session.method, "methods": names, "corrections": made})
+
+
+def _fits(session: Session, method: str) -> bool:
+    try:
+        make_corrector(session.inspection, method)
+    except (Invalid, Unavailable):
+        return False
+    return True
 
 
 @router.get("/verdicts", summary="Rods whose verdicts two methods differ in")

@@ -55,6 +55,20 @@ def rod_history(here: Here, session_id: str, rod_id: str) -> JSONResponse:
     return JSONResponse(here.store.read(look))
 
 
+@router.get("/sessions/{session_id}/readings", summary="How all rods' readings came to be")
+def all_readings(here: Here, session_id: str) -> JSONResponse:
+    """`readings` as of `revision`: what rods read as, from which moment on; in order of revision."""
+
+    def look(connection: Connection) -> Json:
+        session = sessions.get(connection, session_id)
+        past = [
+            {"rod_id": row["rod_id"], **views.past_reading(row)} for row in history.of_session(connection, session_id)
+        ]
+        return {"session": session_id, "revision": session.revision, "readings": past}
+
+    return JSONResponse(here.store.read(look))
+
+
 @router.post("/sessions/{session_id}/notes", status_code=201, summary="Write a note")
 def write_note(here: Here, session_id: str, said: NoteIn) -> JSONResponse:
     """201 with the note: of a rod, a place, a moment, or the whole inspection."""

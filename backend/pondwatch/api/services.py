@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from threading import Event
-from typing import Annotated
+from typing import Annotated, Protocol
 
 from fastapi import Depends, Request
 
@@ -17,6 +17,18 @@ from pondwatch.jobs.queue import Queue
 from pondwatch.jobs.steps import Observer
 from pondwatch.store.store import Store
 from pondwatch.telemetry import Telemetry
+
+
+class Robots(Protocol):
+    """Simulated robots that upload a demo inspection."""
+
+    def begin(self, url: str) -> bool:
+        """Let them upload to the server at `url`; False where they do so already."""
+        ...
+
+    def end(self) -> None:
+        """Stop them, and wait until they are gone."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +45,7 @@ class Services:
     observer: Observer
     telemetry: Telemetry
     intake: Executor
+    robots: Robots
     stopping: Event = field(default_factory=Event)
 
     def now_ms(self) -> int:

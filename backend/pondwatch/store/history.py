@@ -43,6 +43,12 @@ def of_rod(connection: Connection, session_id: str, rod_id: str) -> Sequence[Row
     return connection.execute(select(rod_history).where(*mine).order_by(rod_history.c.revision)).mappings().all()
 
 
+def of_session(connection: Connection, session_id: str) -> Sequence[RowMapping]:
+    """All rods' readings in order of revision."""
+    mine = select(rod_history).where(rod_history.c.session_id == session_id)
+    return connection.execute(mine.order_by(rod_history.c.revision, rod_history.c.rod_id)).mappings().all()
+
+
 def _stored(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> dict[str, RowMapping]:
     if not rod_ids:
         return {}
