@@ -65,7 +65,7 @@ def test_axe_finds_nothing_where_there_is_no_inspection_and_where_the_server_is_
 ) -> None:
     server.listening = False
     desk.open(server)
-    assert desk.says("#home", "pondwatch simulate")
+    assert desk.says("#home", "Start the demo inspection")
     desk.page.evaluate(AXE.read_text())
     assert in_both_themes(desk) == []
     server.listening = True

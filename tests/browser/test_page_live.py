@@ -161,7 +161,7 @@ def test_where_there_is_no_inspection_the_page_says_how_to_begin(desk: Desk, ser
 
     desk.open(server)
 
-    assert desk.says("#home", "pondwatch simulate")
+    assert desk.says("#home", "Start the demo inspection")
 
 
 def test_the_first_inspection_opens_as_soon_as_it_begins(desk: Desk, server: FakeServer) -> None:
