@@ -15,7 +15,6 @@ PORT ?= 8000
 DATA ?=
 BUNDLES ?= $(wildcard ../shared/samples)
 METHOD ?=
-JOBS ?= 2
 BIN := $(VENV)/bin
 LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
@@ -34,9 +33,9 @@ setup: $(VENV)/.runtime $(NPM_STAMP)  ## install what running needs, from the lo
 
 setup-test: setup $(VENV)/.test
 
-test: lint chromium  ## everything but the long tests (under 10 minutes on 2 cores), JOBS=2 at a time
+test: lint chromium  ## everything but the long tests (under 10 minutes on 2 cores)
 	cd frontend && npm test --silent
-	$(BIN)/python -m pytest -m "not long" -n $(JOBS) --dist loadfile
+	$(BIN)/python -m pytest -m "not long"
 
 test-long: setup-test $(VENV)/.train chromium  ## the long tests: 200 kills, a fresh environment, training
 	$(BIN)/python -m pytest -m long --timeout 3600
