@@ -56,7 +56,7 @@ def digest(pixels: Any) -> str:
     return hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_ten_kills_lose_double_and_alter_nothing_and_the_rods_are_read_as_without_them(tmp_path: Path) -> None:
     given = inspected(snapshots=40, seed=3)
 
@@ -76,7 +76,7 @@ def test_two_hundred_kills_lose_double_and_alter_nothing(tmp_path: Path) -> None
     check(run(tmp_path, given, kills=200, seed=2), given)
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_the_harness_finds_the_loss_of_a_server_that_acknowledges_before_it_commits(tmp_path: Path) -> None:
     assert first_loss(tmp_path, inspected(snapshots=40, seed=3), kills=10, seed=3) != []
 
