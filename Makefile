@@ -15,6 +15,7 @@ PORT ?= 8000
 DATA ?=
 BUNDLES ?= $(wildcard ../shared/samples)
 METHOD ?=
+JOBS ?= 2
 BIN := $(VENV)/bin
 LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
@@ -33,9 +34,9 @@ setup: $(VENV)/.runtime $(NPM_STAMP)  ## install what running needs, from the lo
 
 setup-test: setup $(VENV)/.test
 
-test: lint chromium  ## everything but the long tests (under 10 minutes on 2 cores)
+test: lint chromium  ## everything but the long tests (under 10 minutes on 2 cores), JOBS=2 at a time
 	cd frontend && npm test --silent
-	$(BIN)/python -m pytest -m "not long"
+	$(BIN)/python -m pytest -m "not long" -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 test-long: setup-test $(VENV)/.train chromium  ## the long tests: 200 kills, a fresh environment, training
 	$(BIN)/python -m pytest -m long --timeout 3600
