@@ -32,15 +32,15 @@ BROWSER_FLAGS = (
 
 
 def browser_path() -> str:
-    """Debian's Chromium.
+    """Debian's Chromium, its headless shell where there is one.
 
     Raises:
         FileNotFoundError: there is none.
     """
-    for name in ("chromium", "chromium-browser", "google-chrome"):
+    for name in ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"):
         if path := shutil.which(name):
             return path
-    raise FileNotFoundError("Chromium is needed (Debian: apt-get install chromium)")
+    raise FileNotFoundError("Chromium is needed (Debian: apt-get install chromium-headless-shell)")
 
 
 def free_port() -> int:

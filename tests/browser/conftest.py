@@ -11,18 +11,9 @@ from urllib.parse import urlsplit
 import pytest
 from playwright.sync_api import Browser, Error, Page, Route, sync_playwright
 
+from tests.bench.stage import BROWSER_FLAGS, browser_path
 from tests.fakes.server import FakeServer, serving
 
-CHROMIUM = "/usr/bin/chromium"
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-]
 SIZES = ((1440, 900), (1024, 768))
 PATIENCE_S = 20.0  # where nothing says how quick it must be: a busy machine is no fault of the page
 T = TypeVar("T")
@@ -78,7 +69,7 @@ class Desk:
 @pytest.fixture(scope="package")
 def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=browser_path(), args=list(BROWSER_FLAGS))
         yield browser
         browser.close()
 
