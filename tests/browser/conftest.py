@@ -9,11 +9,12 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import Browser, Error, Page, Route, sync_playwright
+from playwright.sync_api import Browser, Error, Page, Request, sync_playwright
 
 from tests.bench.stage import BROWSER_FLAGS, browser_path
 from tests.fakes.server import FakeServer, serving
 
+ALONE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"  # whoever else is asked does not answer
 SIZES = ((1440, 900), (1024, 768))
 PATIENCE_S = 20.0  # where nothing says how quick it must be: a busy machine is no fault of the page
 T = TypeVar("T")
@@ -22,7 +23,7 @@ T = TypeVar("T")
 def eventually(look: Callable[[], T], timeout_s: float = PATIENCE_S) -> T:
     """The first truthy answer; the last answer where none came in time. The page's policy forbids waiting inside it.
 
-    `look` must ask the browser: while nobody does, the page's requests wait for `guard` and `page.url` stands still."""
+    `look` must ask the browser: while nobody does, `page.url` stands still."""
     end = time.monotonic() + timeout_s
     while not (answer := look()) and time.monotonic() < end:
         time.sleep(0.02)
@@ -69,7 +70,7 @@ class Desk:
 @pytest.fixture(scope="package")
 def chromium() -> Iterator[Browser]:
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_path(), args=list(BROWSER_FLAGS))
+        browser = playwright.chromium.launch(executable_path=browser_path(), args=[*BROWSER_FLAGS, ALONE])
         yield browser
         browser.close()
 
@@ -83,13 +84,11 @@ def make_desk(chromium: Browser) -> Iterator[Callable[..., Desk]]:
         contexts.append(context)
         desk = Desk(context.new_page())
 
-        def guard(route: Route) -> None:
-            if urlsplit(route.request.url).hostname in ("127.0.0.1", None):
-                return route.fallback()
-            desk.strangers.append(route.request.url)
-            return route.abort()
+        def failed(request: Request) -> None:
+            if urlsplit(request.url).hostname not in ("127.0.0.1", None):
+                desk.strangers.append(request.url)
 
-        context.route("**/*", guard)
+        desk.page.on("requestfailed", failed)
         desk.page.on("pageerror", lambda error: desk.errors.append(str(error)))
         desk.page.on("console", lambda line: desk.errors.append(line.text) if line.type == "error" else None)
         return desk

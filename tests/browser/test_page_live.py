@@ -216,6 +216,13 @@ def test_the_page_speaks_to_no_other_host(desk: Desk, server: FakeServer) -> Non
     assert desk.errors == []
 
 
+def test_a_page_that_spoke_to_another_host_would_be_noticed(desk: Desk, server: FakeServer) -> None:
+    desk.open(server, "/api/version")
+    desk.page.evaluate("void fetch('http://elsewhere.example/').catch(() => 0)")
+
+    assert eventually(lambda: desk.page.title() is not None and desk.strangers == ["http://elsewhere.example/"])
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_nothing_overflows(make_desk: Callable[..., Desk], server: FakeServer, size: tuple[int, int]) -> None:
     desk = make_desk(*size)

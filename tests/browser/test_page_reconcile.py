@@ -98,12 +98,12 @@ def test_a_discrepancy_opens_its_snapshots_in_two_clicks(desk: Desk, pool: Pool)
     assert desk.says("#line-title", "FA-1 · Discrepancy")
     pictures = desk.page.locator("#line-panel figure", has_text="bubble-1").locator("a")
     assert eventually(lambda: pictures.count() > 0)
+    assert eventually(lambda: desk.page.locator("#line-panel .past li").count() == 1)
     with desk.page.context.expect_page() as tab:
         pictures.first.click()
 
     assert "/snapshots/bubble-1/" in tab.value.url
     assert "Empty, on 2026-01-31 (line 3)" in desk.text("#line-panel")
-    assert eventually(lambda: desk.page.locator("#line-panel .past li").count() == 1)
 
 
 def declare(pool: Pool) -> None:
