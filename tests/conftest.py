@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-
 LONGEST = "test_kill.py"  # two files at a time end together where the longest begins
 
 
