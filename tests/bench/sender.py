@@ -61,6 +61,8 @@ async def send(url: str, session: str, items: Sequence[Item], rate_hz: float) ->
     async def upload(key: str, content: bytes) -> None:
         began, sent.began_ms[key] = time.perf_counter(), time.time() * 1000
         connection = await idle.get()
+        if connection.is_ended:  # it was idle for so long that the server let it go
+            connection = await _Connection.open(host)
         sent.statuses.append(await connection.ask(content))
         sent.stored_ms.append((time.perf_counter() - began) * 1000)
         idle.put_nowait(connection)
@@ -85,6 +87,11 @@ class _Connection:
     async def open(cls, host: str) -> _Connection:
         name, port = host.rsplit(":", 1)
         return cls(*await asyncio.open_connection(name, int(port)))
+
+    @property
+    def is_ended(self) -> bool:
+        """Whether the server has closed it."""
+        return self._reader.at_eof()
 
     async def ask(self, content: bytes) -> int:
         """The status of the answer, its body read and dropped."""

@@ -12,6 +12,7 @@ Randomness is an argument: the same seed gives the same decision.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -86,13 +87,29 @@ class _Graph:
         key = owner[problem.edge_hypothesis] * problem.rods + problem.edge_rod
         pairs, self.edge_pair = np.unique(key, return_inverse=True)
         self.pair_snapshot, self.pair_rod = pairs // problem.rods, pairs % problem.rods
-        edges, hypotheses = len(key), len(problem.log_prior)
-        one = np.ones(edges)
-        self.by_hypothesis = csr_matrix((one, (problem.edge_hypothesis, np.arange(edges))), (hypotheses, edges))
-        self.by_pair = csr_matrix((one, (self.edge_pair, np.arange(edges))), (len(pairs), edges))
+        edges = len(key)
+        self.by_pair = csr_matrix((np.ones(edges), (self.edge_pair, np.arange(edges))), (len(pairs), edges))
+        self.edges = np.argsort(problem.edge_hypothesis, kind="stable")  # by hypothesis; each one's begin at `first`
+        self.first = np.searchsorted(problem.edge_hypothesis[self.edges], np.arange(len(problem.log_prior) + 1))
+        self.log_look = np.log(np.maximum(problem.look, TINY))
+        self.views: dict[int, tuple[Int, Int, Float, Int]] = {}
         self.by_rod = csr_matrix(
             (np.ones(len(pairs)), (self.pair_rod, np.arange(len(pairs)))), (problem.rods, len(pairs))
         )
+
+    def favouring(self, nats: Float) -> _Graph:
+        """The same structure for a problem whose hypotheses are likelier by nats (H,)."""
+        out = copy.copy(self)
+        out.problem = replace(self.problem, log_prior=self.problem.log_prior + nats)
+        return out
+
+    def of_hypotheses(self, per_edge: Float) -> Float:
+        """(H,): sums over each hypothesis' edges."""
+        return np.asarray(np.bincount(self.problem.edge_hypothesis, per_edge, len(self.problem.log_prior)), np.float64)
+
+    def of_pairs(self, per_edge: Float) -> Float:
+        """(P,): sums over each pair's edges."""
+        return np.asarray(np.bincount(self.edge_pair, per_edge, len(self.pair_rod)), np.float64)
 
     def top(self, per_hypothesis: Float) -> Float:
         """(N,): the maximum over each snapshot's hypotheses."""
@@ -119,23 +136,24 @@ def propagate(graph: _Graph, rng: np.random.Generator | None, iterations: int, r
     jitter = rng.gumbel(size=len(p.log_prior)) * 2.0 if rng is not None else np.zeros(len(p.log_prior))
     log_state = np.log(p.state_prior)
     chain = np.zeros(len(p.log_prior))
-    log_look = np.log(np.maximum(p.look, TINY))
     previous = np.zeros(0)
     for step in range(iterations):
         beta = min(1.0, (step + 1) / max(1, ramp))
-        look = (np.exp(beta * log_look) if beta < 1 else p.look)[p.edge_look]
+        look = (np.exp(beta * graph.log_look) if beta < 1 else p.look)[p.edge_look]
         cavity = (log_state + graph.by_rod @ log_message)[graph.pair_rod] - log_message
         cavity = np.exp(cavity - cavity.max(axis=1, keepdims=True))
         cavity /= cavity.sum(axis=1, keepdims=True)
         evidence = np.log(np.maximum(np.einsum("ek,ek->e", cavity[graph.edge_pair], look), TINY))
-        weight = p.log_prior + graph.by_hypothesis @ evidence + (1 - beta) * jitter
+        weight = p.log_prior + graph.of_hypotheses(evidence) + (1 - beta) * jitter
         chain = _chain_messages(p, weight) if p.ties else chain
         total = weight + chain
         message = _to_rods(graph, total, evidence, look)
         log_message = DAMPING * log_message + (1 - DAMPING) * np.log(np.maximum(message, TINY))
-        if beta == 1 and len(previous) and np.abs(graph.normalised(total) - previous).max() < 1e-4:
-            break
-        previous = graph.normalised(total) if beta == 1 else previous
+        if beta == 1:
+            belief = graph.normalised(total)
+            if len(previous) and np.abs(belief - previous).max() < 1e-4:
+                break
+            previous = belief
     return total, log_state + graph.by_rod @ log_message
 
 
@@ -145,10 +163,10 @@ def _to_rods(graph: _Graph, total: Float, evidence: Float, look: Float) -> Float
     top = graph.top(total)
     share = np.exp(total - top[graph.owner])
     with_rod = share[p.edge_hypothesis]
-    without = np.maximum(graph.total(share)[graph.pair_snapshot] - graph.by_pair @ with_rod, 0)
+    without = np.maximum(graph.total(share)[graph.pair_snapshot] - graph.of_pairs(with_rod), 0)
     cavity = with_rod * np.exp(np.clip(-evidence, -60, 60))
     seen = graph.by_pair @ (cavity[:, None] * look)
-    return np.asarray((seen + without[:, None]) / (graph.by_pair @ cavity + without + TINY)[:, None])
+    return np.asarray((seen + without[:, None]) / (graph.of_pairs(cavity) + without + TINY)[:, None])
 
 
 def _chain_messages(p: Problem, weight: Float) -> Float:
@@ -175,9 +193,7 @@ class _Assignment:
     def __init__(self, graph: _Graph, choice: Int) -> None:
         self._graph, self._p = graph, graph.problem
         p = self._p
-        self._edges = np.argsort(p.edge_hypothesis, kind="stable")
-        self._first = np.searchsorted(p.edge_hypothesis[self._edges], np.arange(len(p.log_prior) + 1))
-        self._log_look = np.log(np.maximum(p.look, TINY))
+        self._edges, self._first, self._log_look = graph.edges, graph.first, graph.log_look
         self.choice = choice.copy()
         self._sum = np.zeros((p.rods, len(p.state_prior)))
         for h in self.choice:
@@ -199,15 +215,26 @@ class _Assignment:
         p = self._p
         self._add(int(self.choice[snapshot]), -1)
         lo, hi = p.start[snapshot], p.start[snapshot + 1]
-        e = self._edges[self._first[lo] : self._first[hi]]
-        rods, at = np.unique(p.edge_rod[e], return_inverse=True)  # those of this snapshot's places alone
+        rods, at, look, place = self._views_of(snapshot)
         log_state = np.log(p.state_prior) + self._sum[rods]
         state = np.exp(log_state - log_state.max(axis=1, keepdims=True))
         state /= state.sum(axis=1, keepdims=True)
-        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[at.reshape(-1)], p.look[p.edge_look[e]]), TINY))
-        score = p.log_prior[lo:hi] + np.bincount(p.edge_hypothesis[e] - lo, gain, hi - lo)
+        gain = np.log(np.maximum(np.einsum("ek,ek->e", state[at], look), TINY))
+        score = p.log_prior[lo:hi] + np.bincount(place, gain, hi - lo)
         self._add(int(self.choice[snapshot]), 1)
         return np.asarray(score + self._tie_terms(snapshot))
+
+    def _views_of(self, snapshot: int) -> tuple[Int, Int, Float, Int]:
+        """What a snapshot's places say of rods: these rods, and of each edge which of them, the look and the place."""
+        known = self._graph.views.get(snapshot)
+        if known is None:
+            p = self._p
+            lo, hi = p.start[snapshot], p.start[snapshot + 1]
+            e = self._edges[self._first[lo] : self._first[hi]]
+            rods, at = np.unique(p.edge_rod[e], return_inverse=True)
+            known = rods, at.reshape(-1), p.look[p.edge_look[e]], p.edge_hypothesis[e] - lo
+            self._graph.views[snapshot] = known
+        return known
 
     def _tie_terms(self, snapshot: int) -> Float | float:
         terms: Float | float = 0.0
@@ -285,8 +312,7 @@ def nudged(problem: Problem, favours: Sequence[Float], iterations: int = 60) -> 
     """
     plain, found = _Graph(problem), []
     for favour in favours:
-        graph = _Graph(replace(problem, log_prior=problem.log_prior + favour))
-        weight, _ = propagate(graph, None, iterations, 1)
+        weight, _ = propagate(plain.favouring(favour), None, iterations, 1)
         assignment = _Assignment(plain, _choice(problem, weight))
         assignment.improve()
         belief = plain.normalised(weight - favour)

@@ -54,12 +54,15 @@ class Profile:
 
     def at(self, r_px: Float, kind: Int) -> tuple[Float, Float]:
         """Value and slope at radii (K, P) for rods of kinds (K,)."""
-        row = np.minimum(kind, 1)[:, None]
-        x = np.clip(r_px / BIN_PX, 0, self.value.shape[1] - 1.001)
+        bins = self.value.shape[1]
+        x = np.clip(r_px / BIN_PX, 0, bins - 1.001)
         k = x.astype(np.int64)
         f = x - k
-        value = self.value[row, k] * (1 - f) + self.value[row, k + 1] * f
-        slope = self.slope[row, k] * (1 - f) + self.slope[row, k + 1] * f
+        k += np.minimum(kind, 1)[:, None] * bins
+        value, slope = (
+            table.reshape(-1)[k] + f * np.diff(table, axis=1, append=0.0).reshape(-1)[k]
+            for table in (self.value, self.slope)
+        )
         return value, slope
 
 
@@ -185,35 +188,40 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
     arm = centres_px - about_px
     for _ in range(iterations):
         moved = _moved(arm, motion) + about_px
-        weight = _window(p, moved, profile)
-        count = int((weight > 0).sum())
-        columns = design(p, moved, about_px, profile)
+        columns, r = _columns(p, moved, about_px, profile)
+        weight = _window(p, r, profile)
+        count = int(np.count_nonzero(weight))
         solved = _solve(columns, weight * down, count)
         motion = motion + np.clip(solved.step, [-1.5, -1.5, -0.04], [1.5, 1.5, 0.04])
-        lit = np.matmul(columns[..., :4], solved.light[..., None])[..., 0]
-        residual = columns[..., 7] - lit - solved.light[:, :1] * (columns[..., 4:7] @ solved.step)  # after the step
+        taken = np.concatenate([solved.light, solved.light[:, :1] * solved.step], axis=1)  # light and step of each rod
+        residual = columns[:, 7] - np.matmul(taken[:, None], columns[:, :7])[:, 0]
         down = 1 / (1 + residual**2 / (9 * max(solved.variance, 1e-9)))
     disagreement = _disagreement(solved.gradients, solved.per_rod, solved.normal, solved.variance)
     rod_px = np.pi * profile.reach_px**2
     lacking = np.clip(1 - solved.light[:, 0] / LEAST_GAIN, 0, 1)
-    absent = float(((weight > 0).sum(axis=1) * lacking).sum()) / rod_px
+    absent = float((np.count_nonzero(weight, axis=1) * lacking).sum()) / rod_px
     return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / rod_px), absent)
 
 
 def design(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> Float:
-    """(K, P, 8), the columns of the model at each pixel: profile, one, du, dv (the light's gain, offset and slope);
+    """(K, 8, P), the columns of the model at each pixel: profile, one, du, dv (the light's gain, offset and slope);
     the profile's derivative by the shift in u, in v, and by the turn (for a gain of one); and the pixel itself."""
+    return _columns(p, centres_px, about_px, profile)[0]
+
+
+def _columns(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> tuple[Float, Float]:
+    """The design, and how far (K, P) its pixels lie from their rods' centres, px."""
     du, dv = p.u - centres_px[:, :1], p.v - centres_px[:, 1:]
     r = np.sqrt(du * du + dv * dv) + 1e-6
     value, slope = profile.at(r, p.kind)
     slope /= r
     arm = centres_px - about_px
-    out = np.empty((*r.shape, 8))
-    out[..., 0], out[..., 1], out[..., 2], out[..., 3] = value, 1.0, du, dv
-    out[..., 4], out[..., 5] = -slope * du, -slope * dv
-    out[..., 6] = out[..., 5] * arm[:, :1] - out[..., 4] * arm[:, 1:]
-    out[..., 7] = p.value
-    return out
+    out = np.empty((len(r), 8, r.shape[1]))
+    out[:, 0], out[:, 1], out[:, 2], out[:, 3] = value, 1.0, du, dv
+    out[:, 4], out[:, 5] = -slope * du, -slope * dv
+    out[:, 6] = out[:, 5] * arm[:, :1] - out[:, 4] * arm[:, 1:]
+    out[:, 7] = p.value
+    return out, r
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -228,7 +236,7 @@ class _Solved:
 
 def _solve(columns: Float, weight: Float, count: int) -> _Solved:
     """One Gauss-Newton step from the weighted products of the columns; the light is eliminated rod by rod (Schur)."""
-    gram = np.matmul((columns * weight[..., None]).transpose(0, 2, 1), columns)
+    gram = np.matmul(columns * weight[:, None], columns.transpose(0, 2, 1))
     light_block = gram[:, :4, :4] + np.diag([1e-6] * 4)
     solution = np.linalg.solve(light_block, gram[:, :4, 4:])
     reduced = gram[:, 4:, 4:] - np.matmul(gram[:, :4, 4:].transpose(0, 2, 1), solution)
@@ -248,10 +256,8 @@ def _moved(arm: Float, motion: Float) -> Float:
     return np.stack([c * arm[:, 0] - s * arm[:, 1], s * arm[:, 0] + c * arm[:, 1]], axis=1) + motion[:2]
 
 
-def _window(p: Patches, centres_px: Float, profile: Profile) -> Float:
-    """(K, P): 1 where a pixel is compared, falling to 0 over the last two pixels of the reach."""
-    du, dv = p.u - centres_px[:, :1], p.v - centres_px[:, 1:]
-    r = np.sqrt(du * du + dv * dv)
+def _window(p: Patches, r: Float, profile: Profile) -> Float:
+    """(K, P): 1 where a pixel, r px from its rod's centre, is compared; falls to 0 over the last two of the reach."""
     w = np.clip((profile.reach_px - r) / 2, 0, 1) * p.inside
     inner = (p.kind == OTHER)[:, None] & (r < profile.outside_px)
     return np.where(inner, 0.0, w)
