@@ -18,8 +18,6 @@ export class Inspection extends EventTarget {
   /** @type {Map<string, {[field: string]: any}>} */ jobs = new Map();
   /** @type {Map<number, Note>} */ notes = new Map();
   alarms = new Alarms();
-  /** Epoch ms, the page's clock: when data (not a beat) last came, and when a revision was last complete. */
-  dataAt = 0;
   /** Server's clock less the page's, ms. */
   clockSkewMs = 0;
   /** In a review: the moment that is held, epoch ms, the server's clock. @type {number | null} */ heldAtMs = null;
@@ -35,6 +33,10 @@ export class Inspection extends EventTarget {
 
   /** The server's clock, or the moment that is held, epoch ms. @param {number} nowMs epoch, the page's clock */
   serverMs(nowMs) { return this.heldAtMs ?? nowMs + this.clockSkewMs; }
+
+  /** How long ago the newest snapshot came to the server, ms; null before the first. What is decided anew of snapshots
+   * that are there is no newer picture, nor is one that this page has only now. @param {number} nowMs epoch, the page's clock */
+  ageMs(nowMs) { return this.span && Math.max(0, nowMs + this.clockSkewMs - this.span[1]); }
 
   /** The rod's row, `unseen` where nothing was ever said. @param {string} id @returns {RodRow} */
   rod(id) {
@@ -71,7 +73,7 @@ export class Inspection extends EventTarget {
       case 'notes': for (const note of message.notes) this.notes.set(note.id, note); break;
       case 'alarm': this.alarms.apply(/** @type {any} */ (message)); break;
       case 'job': this.jobs.set(message.id ?? message.kind, message); break;
-      case 'session': this.#complete(message, nowMs); break;
+      case 'session': this.#complete(message); break;
       case 'beat': this.clockSkewMs = Date.parse(message.at) - nowMs; break;
     }
     this.dispatchEvent(new CustomEvent(message.type, { detail: message }));
@@ -112,12 +114,11 @@ export class Inspection extends EventTarget {
     if (!Number.isNaN(heardAt)) this.span = [Math.min(heardAt, this.span?.[0] ?? heardAt), Math.max(heardAt, this.span?.[1] ?? heardAt)];
   }
 
-  /** @param {{[field: string]: any}} message @param {number} nowMs */
-  #complete(message, nowMs) {
+  /** @param {{[field: string]: any}} message */
+  #complete(message) {
     const { type: _type, ...facts } = message;
     const pond = facts.pond ? { ...this.facts.pond, ...facts.pond } : this.facts.pond;
     this.facts = /** @type {SessionFacts} */ ({ ...this.facts, ...facts, pond });
-    if (this.revision === null || message.revision > this.revision) this.dataAt = nowMs;
     this.revision = message.revision;
     this.#full = false;
   }

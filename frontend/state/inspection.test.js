@@ -17,7 +17,6 @@ test('a revision is held only once its session frame came', () => {
   assert.equal(held.revision, null);
   held.apply({ type: 'session', revision: 7, state: 'running' }, 6000);
   assert.equal(held.revision, 7);
-  assert.equal(held.dataAt, 6000);
 });
 
 test('a full state replaces what was held; a partial one adds to it', () => {
@@ -47,10 +46,16 @@ test('a session frame without the layout does not lose it', () => {
   assert.equal(held.facts.pond.rods.length, 1);
 });
 
-test('a repeated revision is not new data', () => {
+test('the picture is as old as its newest snapshot, whenever the page learned of it and however it is corrected anew', () => {
   const held = inspection({ type: 'session', revision: 1 });
-  held.apply({ type: 'session', revision: 1, state: 'finished' }, 9000);
-  assert.equal(held.dataAt, 5000);
+  assert.equal(held.ageMs(9000), null);
+  const came = (sequence, at, more = {}) => ({ type: 'poses', poses: [pose(sequence, { received_at: new Date(at).toISOString(), ...more })] });
+  held.apply(came(1, 3000), 8000);
+  assert.equal(held.ageMs(9000), 6000);
+  held.apply({ type: 'beat', at: new Date(8500).toISOString() }, 8000);
+  held.apply(came(1, 3000, { x_m: 1.5 }), 9000);
+  held.apply({ type: 'session', revision: 2, state: 'finished' }, 9000);
+  assert.equal(held.ageMs(9000), 6500);
   assert.equal(held.facts.state, 'finished');
 });
 

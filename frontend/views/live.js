@@ -194,7 +194,8 @@ export class Live {
     setAttribute(this.#main, 'data-loading', this.#wait.hidden ? null : '');
     setAttribute(this.#main, 'data-mode', this.time.mode);
     if (this.link.state === 'disconnected') {
-      const asOf = this.inspection.dataAt ? `The picture is ${format.age((now - this.inspection.dataAt) / 1000)} old.` : 'Nothing was received yet.';
+      const ageMs = this.inspection.ageMs(now);
+      const asOf = ageMs === null ? 'Nothing was received yet.' : `The picture is ${format.age(ageMs / 1000)} old.`;
       this.#say('DISCONNECTED', `${asOf} Server last heard ${format.age(this.link.silenceMs / 1000)} ago; trying again.`);
     } else if (this.link.state === 'refused') this.#say('NOT FOUND', 'The server has no such inspection.');
   }

@@ -21,7 +21,7 @@ export class TopBar {
 
   /** @param {HTMLElement[]} actions buttons of the page, at the right end */
   constructor(actions = []) {
-    this.#ageBox = h('span', { class: 'age', title: 'Since the last new revision came' }, h('span', { class: 'quiet', text: 'Newest data' }), this.#age);
+    this.#ageBox = h('span', { class: 'age', title: 'Since the newest snapshot came to the server' }, h('span', { class: 'quiet', text: 'Newest data' }), this.#age);
     const home = h('a', { class: 'brand', href: '/?inspections', title: 'All inspections' }, h('img', { src: '/style/icon.svg', alt: '' }), h('span', { text: 'Pondwatch' }));
     const theme = h('button', { type: 'button', id: 'theme', title: 'Light or dark (T)', onClick: toggleTheme, text: 'Theme' });
     this.element = h('header', { class: 'topbar' }, home, this.#title, this.#state, h('span', { class: 'spacer' }), this.#ageBox, this.#link, ...actions, theme);
@@ -63,6 +63,7 @@ export class TopBar {
     setText(this.#state, inspection.facts.state);
     const isFinal = link.state === 'live' && !isRunning(inspection.facts.state);
     this.#showLink(isFinal ? 'final' : link.state, isFinal ? (end ? 'Final' : 'Finishing…') : LINK_WORDS[link.state], link.silenceMs);
-    setText(this.#age, inspection.dataAt ? format.age((nowMs - inspection.dataAt) / 1000) : format.NONE);
+    const ageMs = inspection.ageMs(nowMs);
+    setText(this.#age, ageMs === null ? format.NONE : format.age(ageMs / 1000));
   }
 }

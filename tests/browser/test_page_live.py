@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import time
 from collections.abc import Callable
 
 import cv2
@@ -203,6 +204,16 @@ def test_names_with_markup_are_only_text(desk: Desk, server: FakeServer) -> None
     assert desk.says("#robots", "<img")
     assert "owned" not in desk.page.title().replace(evil, "")
     assert desk.page.locator("img[src=x]").count() == 0
+
+
+def test_a_page_that_comes_late_says_how_old_the_picture_is(desk: Desk, server: FakeServer) -> None:
+    revision = server.advance(5)
+    time.sleep(2)
+    desk.open(server)
+    assert desk.shows(revision)
+
+    assert eventually(lambda: desk.text("#data-age").endswith(" s"))
+    assert float(desk.text("#data-age").split()[0]) >= 2
 
 
 def test_the_page_speaks_to_no_other_host(desk: Desk, server: FakeServer) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pondwatch.core.crossover import Rival, recombined, trust
-from pondwatch.core.inference import Decision, Problem, Tie, decide
+from pondwatch.core.factorgraph import Decision, Problem, Tie
+from pondwatch.core.inference import decide
 from tests.core.test_inference import EVEN, SAYS, _every_assignment, _problem, _random
 
 TWO = [(0.0, {0: SAYS["full"]}), (0.0, {1: SAYS["full"]})]  # a snapshot that may lie at either of two rods

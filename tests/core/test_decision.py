@@ -20,7 +20,7 @@ from pondwatch.core.decision import (
     turns_of,
 )
 from pondwatch.core.evidence import gather
-from pondwatch.core.inference import Decision, Problem
+from pondwatch.core.factorgraph import Decision, Problem
 from pondwatch.core.noise import NoiseModel
 from pondwatch.core.values import SnapshotKey
 from pondwatch.simulator.spec import SimulationSpec

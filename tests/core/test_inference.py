@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from pondwatch.core.inference import Problem, Tie, decide, nudged
+from pondwatch.core.factorgraph import Problem, Tie
+from pondwatch.core.inference import decide, nudged
 
 EVEN = np.array([0.5, 0.5])
 SAYS = {"empty": [1.8, 0.2], "full": [0.2, 1.8], "nothing": [1.0, 1.0]}

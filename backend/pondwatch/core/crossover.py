@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .inference import TINY, Decision, Problem, Tie
+from .factorgraph import TINY, Decision, Problem, Tie
 from .values import Float, Int
 
 LEAST_NATS = -20.0  # of a rival's posterior against the best, under which it is none

@@ -11,8 +11,8 @@ import numpy as np
 from . import states
 from .codes import Palette, learn_palette, read_codes
 from .evidence import SITE_REACH_PX, Evidence, Setting
+from .factorgraph import Decision, Problem, Tie
 from .frames import wrap_angle
-from .inference import Decision, Problem, Tie
 from .mouths import log_odds_hollow, look_into
 from .noise import NoiseModel
 from .values import Bool, Float, Int

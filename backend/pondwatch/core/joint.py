@@ -13,9 +13,10 @@ import numpy as np
 from . import decision as dec
 from .crossover import recombined, trust
 from .evidence import Evidence, Setting, gather, lean, widen
+from .factorgraph import Decision, Problem
 from .frames import wrap_angle
 from .hypotheses import Reach, propose
-from .inference import Decision, Problem, decide, nudged
+from .inference import decide, nudged
 from .noise import NoiseModel
 from .values import Float
 
