@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The browser tests need a Chromium. Debian's headless shell takes a third of the processor time of the whole browser, so
-# it comes first: install it where that is possible; else any Chromium will do, else say what is missing.
+# The browser tests need a Chromium. Debian's headless shell takes half the processor time of the whole browser, so it
+# comes first: install it where that is possible; else any Chromium will do, else say what is missing.
 set -euo pipefail
 if command -v chromium-headless-shell >/dev/null; then exit 0; fi
 if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then

@@ -33,11 +33,11 @@ def console(desk: Desk, still: FakeServer) -> Iterator[Desk]:
     assert desk.strangers == []
 
 
-def resting(look: Callable[[], str]) -> str:
-    """What a look sees once it stays so for half a second: the map glides to where it was told to go."""
+def resting(look: Callable[[], str], rest_s: float = 0.5) -> str:
+    """What a look sees once it stays so for a while: the map glides to where it was told to go."""
     seen, since = look(), time.monotonic()
     end = since + PATIENCE_S
-    while time.monotonic() < min(since + 0.5, end):
+    while time.monotonic() < min(since + rest_s, end):
         time.sleep(0.05)
         if (now := look()) != seen:
             seen, since = now, time.monotonic()
@@ -45,14 +45,8 @@ def resting(look: Callable[[], str]) -> str:
 
 
 def picture(desk: Desk) -> str:
-    """The map as it is drawn, once it rests: three looks alike."""
-    looks: list[str] = []
-    for _ in range(20):
-        looks.append(str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()")))
-        if len(looks) > 2 and len(set(looks[-3:])) == 1:
-            break
-        desk.page.wait_for_timeout(80)
-    return looks[-1]
+    """The map as it is drawn, once it rests."""
+    return resting(lambda: str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()")), 0.2)
 
 
 @pytest.mark.parametrize(

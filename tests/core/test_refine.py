@@ -67,9 +67,9 @@ def test_the_refinement_jacobian_matches_a_numerical_one():
     patches, profile, gain, h = cut(_picture(), CENTRES, KINDS, REACH_PX), _profile(), 0.7, 0.5
 
     def model(motion):
-        return gain * design(patches, _moved(motion), ABOUT, profile)[:, 0]
+        return gain * design(patches, _moved(motion), ABOUT, profile)[0][:, 0]
 
-    columns = gain * design(patches, CENTRES, ABOUT, profile)[:, 4:7]
+    columns = gain * design(patches, CENTRES, ABOUT, profile)[0][:, 4:7]
 
     r = np.hypot(patches.u - CENTRES[:, :1], patches.v - CENTRES[:, 1:])
     compared = (r > 1) & (r < REACH_PX - 1)

@@ -84,16 +84,26 @@ class Graph:
         self.edges = np.argsort(problem.edge_hypothesis, kind="stable")  # by hypothesis; each one's begin at `first`
         self.first = np.searchsorted(problem.edge_hypothesis[self.edges], np.arange(len(problem.log_prior) + 1))
         self.log_look = np.log(np.maximum(problem.look, TINY))
-        self.views: dict[int, tuple[Int, Int, Float, Int]] = {}
         self.by_rod = csr_matrix(
             (np.ones(len(pairs)), (self.pair_rod, np.arange(len(pairs)))), (problem.rods, len(pairs))
         )
+        self._views: dict[int, tuple[Int, Int, Float, Int]] = {}
 
     def favouring(self, nats: Float) -> Graph:
         """The same structure for a problem whose hypotheses are likelier by nats (H,)."""
         out = copy.copy(self)
         out.problem = replace(self.problem, log_prior=self.problem.log_prior + nats)
         return out
+
+    def views_of(self, snapshot: int) -> tuple[Int, Int, Float, Int]:
+        """What a snapshot's places say of rods: these rods, and of each edge which of them, the look and the place."""
+        if snapshot not in self._views:
+            p = self.problem
+            lo, hi = p.start[snapshot], p.start[snapshot + 1]
+            e = self.edges[self.first[lo] : self.first[hi]]
+            rods, at = np.unique(p.edge_rod[e], return_inverse=True)
+            self._views[snapshot] = rods, at.reshape(-1), p.look[p.edge_look[e]], p.edge_hypothesis[e] - lo
+        return self._views[snapshot]
 
     def of_hypotheses(self, per_edge: Float) -> Float:
         """(H,): sums over each hypothesis' edges."""

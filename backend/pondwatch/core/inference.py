@@ -113,7 +113,7 @@ class _Assignment:
         p = self._p
         self._add(int(self.choice[snapshot]), -1)
         lo, hi = p.start[snapshot], p.start[snapshot + 1]
-        rods, at, look, place = self._views_of(snapshot)
+        rods, at, look, place = self._graph.views_of(snapshot)
         log_state = np.log(p.state_prior) + self._sum[rods]
         state = np.exp(log_state - log_state.max(axis=1, keepdims=True))
         state /= state.sum(axis=1, keepdims=True)
@@ -121,18 +121,6 @@ class _Assignment:
         score = p.log_prior[lo:hi] + np.bincount(place, gain, hi - lo)
         self._add(int(self.choice[snapshot]), 1)
         return np.asarray(score + self._tie_terms(snapshot))
-
-    def _views_of(self, snapshot: int) -> tuple[Int, Int, Float, Int]:
-        """What a snapshot's places say of rods: these rods, and of each edge which of them, the look and the place."""
-        known = self._graph.views.get(snapshot)
-        if known is None:
-            p = self._p
-            lo, hi = p.start[snapshot], p.start[snapshot + 1]
-            e = self._edges[self._first[lo] : self._first[hi]]
-            rods, at = np.unique(p.edge_rod[e], return_inverse=True)
-            known = rods, at.reshape(-1), p.look[p.edge_look[e]], p.edge_hypothesis[e] - lo
-            self._graph.views[snapshot] = known
-        return known
 
     def _tie_terms(self, snapshot: int) -> Float | float:
         terms: Float | float = 0.0

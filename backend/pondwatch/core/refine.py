@@ -188,7 +188,7 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
     arm = centres_px - about_px
     for _ in range(iterations):
         moved = _moved(arm, motion) + about_px
-        columns, r = _columns(p, moved, about_px, profile)
+        columns, r = design(p, moved, about_px, profile)
         weight = _window(p, r, profile)
         count = int(np.count_nonzero(weight))
         solved = _solve(columns, weight * down, count)
@@ -203,14 +203,10 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
     return Fit(motion, solved.normal, solved.variance, disagreement, max(0.25, count / rod_px), absent)
 
 
-def design(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> Float:
+def design(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> tuple[Float, Float]:
     """(K, 8, P), the columns of the model at each pixel: profile, one, du, dv (the light's gain, offset and slope);
-    the profile's derivative by the shift in u, in v, and by the turn (for a gain of one); and the pixel itself."""
-    return _columns(p, centres_px, about_px, profile)[0]
-
-
-def _columns(p: Patches, centres_px: Float, about_px: Float, profile: Profile) -> tuple[Float, Float]:
-    """The design, and how far (K, P) its pixels lie from their rods' centres, px."""
+    the profile's derivative by the shift in u, in v, and by the turn (for a gain of one); and the pixel itself.
+    And how far (K, P) the pixels lie from their rods' centres, px."""
     du, dv = p.u - centres_px[:, :1], p.v - centres_px[:, 1:]
     r = np.sqrt(du * du + dv * dv) + 1e-6
     value, slope = profile.at(r, p.kind)
