@@ -13,6 +13,8 @@ from .test_page_live import digest_of, on_screen
 
 pytestmark = pytest.mark.browser
 COUNT = 35
+AFTER_TWO_FRAMES = """() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(
+    () => done(document.querySelector('.pond-canvas').toDataURL()))))"""
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +30,7 @@ def still() -> Iterator[FakeServer]:
 def console(desk: Desk, still: FakeServer) -> Iterator[Desk]:
     desk.open(still, "/?session=s1")
     assert desk.shows(COUNT)
+    desk.page.locator("[data-robot]").first.wait_for()  # the strip below the map is filled
     yield desk
     assert desk.errors == []
     assert desk.strangers == []
@@ -45,8 +48,8 @@ def resting(look: Callable[[], str], rest_s: float = 0.5) -> str:
 
 
 def picture(desk: Desk) -> str:
-    """The map as it is drawn, once it rests."""
-    return resting(lambda: str(desk.page.evaluate("document.querySelector('.pond-canvas').toDataURL()")), 0.2)
+    """The map as it is drawn, once it rests: equal in frames drawn one after another, however slowly they come."""
+    return resting(lambda: str(desk.page.evaluate(AFTER_TWO_FRAMES)), 0.2)
 
 
 @pytest.mark.parametrize(
