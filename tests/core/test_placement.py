@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pondwatch.core.appearance import FILLED, HOLLOW, OTHER
 from pondwatch.core.decision import Vocabulary
 from pondwatch.core.evidence import gather
 from pondwatch.core.frames import image_to_pond
@@ -14,7 +15,6 @@ from pondwatch.core.hypotheses import Reach
 from pondwatch.core.noise import NoiseModel
 from pondwatch.core.observe import RodsFound
 from pondwatch.core.placement import Placing, doubted, starts
-from pondwatch.core.refine import FILLED, HOLLOW, OTHER
 from pondwatch.core.values import Status
 from pondwatch.simulator.spec import SimulationSpec
 from tests.core.ponds import CAMERA, inspected

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from pondwatch.core.refine import FILLED, HOLLOW, OTHER, Profile, contrast_axis, cut, design, fit, learn_profile
+from pondwatch.core.appearance import FILLED, HOLLOW, OTHER, Profile, contrast_axis, cut, learn_profile
+from pondwatch.core.refine import COLUMNS, design, fit
 from tests.core.ponds import INNER_PX, OUTER_PX
 
 SHAPE = (110, 160)
@@ -66,19 +67,25 @@ def _error_px(shift, motion):
 def test_the_refinement_jacobian_matches_a_numerical_one():
     patches, profile, gain, h = cut(_picture(), CENTRES, KINDS, REACH_PX), _profile(), 0.7, 0.5
 
+    def columns_at(motion):
+        columns = np.empty((COLUMNS, len(patches.value)), np.float32)
+        r = design(patches, _moved(motion), profile, columns)
+        return gain * columns.astype(float), r
+
     def model(motion):
-        return gain * design(patches, _moved(motion), ABOUT, profile)[0][:, 0]
+        return columns_at(motion)[0][0]
 
-    columns = gain * design(patches, CENTRES, ABOUT, profile)[0][:, 4:7]
-
-    r = np.hypot(patches.u - CENTRES[:, :1], patches.v - CENTRES[:, 1:])
+    columns, r = columns_at(np.zeros(3))
+    across, down = columns[4], columns[5]
+    arm = (CENTRES - ABOUT)[patches.rod]
+    by_motion = np.stack([across, down, down * arm[:, 0] - across * arm[:, 1]])
     compared = (r > 1) & (r < REACH_PX - 1)
     for k, step in enumerate((h, h, h / 60)):
         motion = np.zeros(3)
         motion[k] = step
         numerical = (model(motion) - model(-motion)) / (2 * step)
         scale = np.abs(numerical[compared]).max()
-        off = np.abs(columns[:, k] - numerical)[compared]
+        off = np.abs(by_motion[k] - numerical)[compared]
         assert off.max() < 0.1 * scale  # the profile is linear between its bins, its slope too
         assert off.mean() < 0.015 * scale
 

@@ -1,10 +1,10 @@
 """The method `lattice`: poses by the layout's geometry and the code that the rods' fill states write on it.
 
-observe → places → joint decision → refinement → rods. See `observe`, `hypotheses`, `joint`, `inference`, `refine` and
-`fill`. `add` decides new snapshots against what is known. All together are decided again when their number has grown
-by some: at once while they are few; later `due` says so, and `deliberate` may run beside further calls of `add`, its
-result taken over by `adopt`. `settle` decides everything from the start, in the order of keys, so it does not depend
-on arrival.
+observe → places → joint decision → refinement → rods. See `observe`, `hypotheses`, `joint`, `inference`, `appearance`,
+`refine` and `fill`. `add` decides new snapshots against what is known. All together are decided again when their number
+has grown by some: at once while they are few; later `due` says so, and `deliberate` may run beside further calls of
+`add`, its result taken over by `adopt`. `settle` decides everything from the start, in the order of keys, so it does
+not depend on arrival.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .appearance import Profile
 from .decision import Table
 from .evidence import Evidence, Setting, gather, lean
 from .frames import wrap_angle
@@ -24,7 +25,6 @@ from .placement import UNFITTED_TRUST, Placed, Placing, doubted, elsewhere
 from .pond import Layout
 from .ports import RodFinder
 from .quality import Tally
-from .refine import Profile
 from .rodbook import Entry, RodBook
 from .values import Bool, CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
 

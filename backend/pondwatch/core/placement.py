@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from . import states
+from .appearance import FILLED, HOLLOW, OTHER, Patches, Profile, contrast_axis, cut, learn_profile
 from .codes import SECTORS, read_codes
 from .decision import Vocabulary
 from .evidence import Evidence, Setting
@@ -17,7 +18,7 @@ from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
 from .hypotheses import describe, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
-from .refine import FILLED, FLOOR_PX, HOLLOW, OTHER, Fit, Patches, Profile, contrast_axis, cut, fit, learn_profile
+from .refine import FLOOR_PX, Fit, fit
 from .rodbook import Entry
 from .values import Camera, CorrectedPose, Float, Int, Status
 
@@ -80,7 +81,7 @@ class Placing:
 
         Args:
             axis: the weights of the colour channels; where not given, brightness or what shows rods best against the
-                light (`refine.contrast_axis`), whichever leaves poses less uncertain.
+                light (`appearance.contrast_axis`), whichever leaves poses less uncertain.
         """
         sure = [i for i in range(len(poses)) if poses[i] is not None and trust[i] > 0.9]
         sure = sure or [i for i in range(len(poses)) if poses[i] is not None]
@@ -210,11 +211,11 @@ class Placing:
         parts = []
         for channel in np.eye(3):
             p, centres = self._cut(e, pose, np.zeros(len(self._setting.layout.ids), np.int64), channel)
-            mean = (p.value * p.inside).sum(axis=1) / np.maximum(p.inside.sum(axis=1), 1)
-            parts.append((p.value - mean[:, None])[p.inside])
-        r = np.hypot(p.u - centres[:, :1], p.v - centres[:, 1:])[p.inside]
+            mean = p.of_rods(p.value) / np.maximum(np.bincount(p.rod, minlength=len(p.kind)), 1)
+            parts.append(p.value - mean[p.rod])
+        r = p.off(centres)[2]
         outer = r > 1.15 * self._setting.band.inner_px
-        return np.stack(parts, axis=1)[outer], r[outer]
+        return np.stack(parts, axis=1)[outer], r[outer].astype(np.float64)
 
     def _looks(self, e: Evidence, pose: Float) -> tuple[Int, Float]:
         camera, band = self._setting.camera, self._setting.band
