@@ -133,10 +133,10 @@ class _Parts:
         rows = np.concatenate([snapshot, *(np.array(pair) for pair in tied)])
         marks = self._p.rods + np.repeat(np.arange(len(tied)), 2)
         columns = np.concatenate([*seen, marks]).astype(np.int64)
-        shape = (len(differ), self._p.rods + len(tied))
-        sees = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=shape).tocsr()
-        count, label = connected_components(sees @ sees.T, directed=False)
-        for k in range(count):
+        nodes = len(differ) + self._p.rods + len(tied)  # snapshots, then what binds them
+        bonds = coo_matrix((np.ones(len(rows), np.int8), (rows, len(differ) + columns)), shape=(nodes, nodes))
+        label = connected_components(bonds, directed=False)[1][: len(differ)]
+        for k in np.unique(label):
             yield differ[label == k]
 
     def _gain(self, choice: Int, told: Float, group: Int, places: Int) -> float:

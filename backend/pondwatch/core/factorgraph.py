@@ -6,16 +6,16 @@ rod in view, with the look that was seen there. `inference.py` decides it.
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from .values import Float, Int
+from .values import Float, Float32, Int
 
 TINY = 1e-300
+LEAST = np.float32(1e-30)  # of a likelihood, in single precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,58 +70,87 @@ class Decision:
 
 
 class Graph:
-    """The index structure that every run shares: edges grouped by (snapshot, rod) pairs."""
+    """The index structure that every run shares. Edges are grouped by (snapshot, rod) pairs. M runs are worked on at
+    once, in single precision; theirs is the last axis everywhere, so that what is one for all is looked up once.
+
+    hypothesis: (E,), of each edge. edge_pair: (E,). pair_snapshot, pair_rod: (P,). owner: (H,), the snapshot of each
+    hypothesis.
+    """
 
     def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        owner = problem.owner
-        self.owner = owner
-        key = owner[problem.edge_hypothesis] * problem.rods + problem.edge_rod
+        self.problem, self.owner, self.hypothesis = problem, problem.owner, problem.edge_hypothesis
+        key = self.owner[self.hypothesis] * problem.rods + problem.edge_rod
         pairs, self.edge_pair = np.unique(key, return_inverse=True)
-        self.pair_snapshot, self.pair_rod = pairs // problem.rods, pairs % problem.rods
-        edges = len(key)
-        self.by_pair = csr_matrix((np.ones(edges), (self.edge_pair, np.arange(edges))), (len(pairs), edges))
-        self.edges = np.argsort(problem.edge_hypothesis, kind="stable")  # by hypothesis; each one's begin at `first`
-        self.first = np.searchsorted(problem.edge_hypothesis[self.edges], np.arange(len(problem.log_prior) + 1))
-        self.log_look = np.log(np.maximum(problem.look, TINY))
-        self.by_rod = csr_matrix(
-            (np.ones(len(pairs)), (self.pair_rod, np.arange(len(pairs)))), (problem.rods, len(pairs))
-        )
-        self._views: dict[int, tuple[Int, Int, Float, Int]] = {}
+        self.pair_snapshot, self.pair_rod = np.divmod(pairs, max(problem.rods, 1))
+        self._to_pairs = _sums(self.edge_pair, len(pairs))
+        self._to_rods = _sums(self.pair_rod, problem.rods)
+        self._to_hypotheses = _sums(self.hypothesis, len(self.owner))
+        self._log_look = np.log(np.maximum(problem.look, LEAST)).astype(np.float32)
+        self._log_state = np.log(problem.state_prior).astype(np.float32)[:, None, None]
 
-    def favouring(self, nats: Float) -> Graph:
-        """The same structure for a problem whose hypotheses are likelier by nats (H,)."""
-        out = copy.copy(self)
-        out.problem = replace(self.problem, log_prior=self.problem.log_prior + nats)
-        return out
+    @property
+    def size(self) -> int:
+        """How many numbers the messages of one run along all edges are."""
+        return max(1, int(self._log_look.shape[1]) * len(self.hypothesis))
 
-    def views_of(self, snapshot: int) -> tuple[Int, Int, Float, Int]:
-        """What a snapshot's places say of rods: these rods, and of each edge which of them, the look and the place."""
-        if snapshot not in self._views:
-            p = self.problem
-            lo, hi = p.start[snapshot], p.start[snapshot + 1]
-            e = self.edges[self.first[lo] : self.first[hi]]
-            rods, at = np.unique(p.edge_rod[e], return_inverse=True)
-            self._views[snapshot] = rods, at.reshape(-1), p.look[p.edge_look[e]], p.edge_hypothesis[e] - lo
-        return self._views[snapshot]
+    def looks(self, runs: int, share: float = 1.0) -> Float32:
+        """(K, E, M): the likelihoods of each edge's look, taken to the power of a share; the same for all runs."""
+        look = np.exp(np.float32(share) * self._log_look).T
+        return self._at_edges(np.repeat(look[..., None], runs, axis=2))
 
-    def of_hypotheses(self, per_edge: Float) -> Float:
-        """(H,): sums over each hypothesis' edges."""
-        return np.asarray(np.bincount(self.problem.edge_hypothesis, per_edge, len(self.problem.log_prior)), np.float64)
+    def log_looks(self, runs: int) -> Float32:
+        """(K, E, M): their logarithms."""
+        return self._at_edges(np.repeat(self._log_look.T[..., None], runs, axis=2))
 
-    def of_pairs(self, per_edge: Float) -> Float:
-        """(P,): sums over each pair's edges."""
-        return np.asarray(np.bincount(self.edge_pair, per_edge, len(self.pair_rod)), np.float64)
+    def _at_edges(self, of_looks: Float32) -> Float32:
+        return np.take(of_looks, self.problem.edge_look, axis=1)
+
+    def of_hypotheses(self, per_edge: Float32) -> Float:
+        """(H, M): sums over each hypothesis' edges."""
+        return np.asarray(self._to_hypotheses @ per_edge, np.float64)
+
+    def of_pairs(self, per_edge: Float32) -> Float32:
+        """(P, M): sums over each pair's edges."""
+        return np.asarray(self._to_pairs @ per_edge)
+
+    def cavities(self, message: Float32) -> Float32:
+        """(K, P, M): what is known of each pair's rod without what its own snapshot says, from what every snapshot says
+        of it, message: (K, P, M), nats."""
+        told = np.stack([self._to_rods @ of_state for of_state in message])
+        told += self._log_state
+        cavity = np.take(told, self.pair_rod, axis=1)
+        cavity -= message
+        cavity -= cavity.max(axis=0)
+        np.exp(cavity, out=cavity)
+        cavity /= cavity.sum(axis=0)
+        return np.asarray(cavity)
+
+    def evidence(self, message: Float32, look: Float32, room: Float32) -> Float32:
+        """(E, M): nats that each edge's look speaks for its hypothesis. room: (K, E, M), is written over."""
+        np.take(self.cavities(message), self.edge_pair, axis=1, out=room, mode="clip")
+        np.multiply(room, look, out=room)
+        return np.asarray(np.log(np.maximum(room.sum(axis=0), LEAST)))
 
     def top(self, per_hypothesis: Float) -> Float:
-        """(N,): the maximum over each snapshot's hypotheses."""
-        return np.maximum.reduceat(per_hypothesis, self.problem.start[:-1])
+        """(N, M): the maximum over each snapshot's hypotheses."""
+        return np.asarray(np.maximum.reduceat(per_hypothesis, self.problem.start[:-1], axis=0))
 
     def total(self, per_hypothesis: Float) -> Float:
-        """(N,): the sum over each snapshot's hypotheses."""
-        return np.add.reduceat(per_hypothesis, self.problem.start[:-1])
+        """(N, M): the sum over each snapshot's hypotheses."""
+        return np.asarray(np.add.reduceat(per_hypothesis, self.problem.start[:-1], axis=0))
 
     def normalised(self, log_weight: Float) -> Float:
-        """(H,): probabilities within each snapshot."""
+        """(H, M): probabilities within each snapshot."""
         w = np.exp(log_weight - self.top(log_weight)[self.owner])
         return np.asarray(w / self.total(w)[self.owner])
+
+    def best(self, weight: Float) -> Int:
+        """(N, M): the hypothesis of the greatest weight (H, M) of each snapshot, the first of equals."""
+        numbers = np.arange(len(self.owner))[:, None]
+        at = np.where(weight == self.top(weight)[self.owner], numbers, len(self.owner))
+        return np.asarray(np.minimum.reduceat(at, self.problem.start[:-1], axis=0))
+
+
+def _sums(of: Int, size: int) -> csr_matrix:
+    """The matrix that sums what belongs to the same of `size` things: of: (E,), which one."""
+    return csr_matrix((np.ones(len(of), np.float32), (of, np.arange(len(of)))), (size, len(of)))

@@ -18,7 +18,7 @@ from .frames import wrap_angle
 from .hypotheses import Reach, propose
 from .inference import decide, nudged
 from .noise import NoiseModel
-from .values import Float
+from .values import Float, Int
 
 FULL_RESTARTS = 24  # of the search, when all is decided from the start
 AGREE, AGREE_FEW = 3, 8  # runs that reach the best score, from which the search ends; few snapshots have more optima
@@ -77,7 +77,8 @@ class Solver:
         first, second = dec.chains(evidence)
         restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
         thorough = before is not None
-        joint = self._decide(evidence, noise, restarts if thorough else 2, first, second)
+        words = dec.Vocabulary.learn(evidence, self._setting)
+        joint = self._decide(evidence, words, noise, restarts if thorough else 2, first, second)
         for _ in range(1 if live and thorough else NOISE_ROUNDS):
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
@@ -88,7 +89,7 @@ class Solver:
             if settled and thorough:
                 break
             noise, thorough = learned, True  # what was found by two runs is never the last word
-            joint = self._decide(evidence, noise, restarts, first, second)
+            joint = self._decide(evidence, words, noise, restarts, first, second)
             if settled:
                 break
         return joint, evidence
@@ -99,9 +100,14 @@ class Solver:
             yield e.snapshot.pose_pond if pose is None else pose
 
     def _decide(
-        self, evidence: list[Evidence], noise: NoiseModel, restarts: int, first: np.ndarray, second: np.ndarray
+        self,
+        evidence: list[Evidence],
+        vocabulary: dec.Vocabulary,
+        noise: NoiseModel,
+        restarts: int,
+        first: Int,
+        second: Int,
     ) -> Joint:
-        vocabulary = dec.Vocabulary.learn(evidence, self._setting)
         tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
         ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)

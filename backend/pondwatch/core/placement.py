@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 
 from . import states
-from .appearance import FILLED, HOLLOW, OTHER, Patches, Profile, contrast_axis, cut, learn_profile
+from .appearance import FILLED, HOLLOW, OTHER, Profile
 from .codes import SECTORS, read_codes
 from .decision import Vocabulary
 from .evidence import Evidence, Setting
@@ -20,9 +18,9 @@ from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
 from .refine import FLOOR_PX, Fit, fit
 from .rodbook import Entry
+from .teaching import Teaching
 from .values import Camera, CorrectedPose, Float, Int, Status
 
-TEACHERS, JUDGES = 40, 16  # snapshots that the profile is learned from, and the channel weights
 FOCUS_PX = 2.0  # blur of a first fit from afar
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed
 LEAST_BELIEF = 0.05  # of a place, from which its looks count
@@ -62,10 +60,8 @@ class Placing:
     """Refinement in one setting."""
 
     def __init__(self, setting: Setting) -> None:
-        self._setting = setting
-        self._reach_px = min(
-            1.15 * setting.band.outer_px, 0.49 * setting.layout.pitch / setting.camera.metres_per_pixel
-        )
+        self._setting, self._teaching = setting, Teaching(setting)
+        self.learn = self._teaching.learn
 
     def kinds(self, vocabulary: Vocabulary, state: Float) -> Int:
         """(R,): which profile each rod follows."""
@@ -73,44 +69,6 @@ class Placing:
         kind[state[:, list(vocabulary.states).index(states.EMPTY)] > 0.9] = HOLLOW
         kind[state[:, list(vocabulary.states).index(states.FULL)] > 0.9] = FILLED
         return kind
-
-    def learn(
-        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int, axis: Float | None
-    ) -> Profile | None:
-        """The radial profile, from the snapshots that are surest, spread evenly.
-
-        Args:
-            axis: the weights of the colour channels; where not given, brightness or what shows rods best against the
-                light (`appearance.contrast_axis`), whichever leaves poses less uncertain.
-        """
-        sure = [i for i in range(len(poses)) if poses[i] is not None and trust[i] > 0.9]
-        sure = sure or [i for i in range(len(poses)) if poses[i] is not None]
-        if not sure:
-            return None
-        if axis is None:
-            few = _spread_evenly(sure, poses, JUDGES)
-            hue = contrast_axis([self._rings(evidence[i], few[i]) for i in few])
-            candidates = (np.full(3, 1 / np.sqrt(3)), hue)
-            axis = min(candidates, key=lambda weights: self._teach(evidence, few, kinds, weights, 2)[1])
-        return self._teach(evidence, _spread_evenly(sure, poses, TEACHERS), kinds, axis, 3)[0]
-
-    def _teach(
-        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float, rounds: int
-    ) -> tuple[Profile, float]:
-        """The profile through some channel weights, and how uncertain poses by it are (median variance, px²)."""
-        taught, about = dict(first), centre_px(self._setting.camera)
-        profile: Profile | None = None
-        uncertainty: list[float] = []
-        for _ in range(rounds):
-            data = {i: self._cut(evidence[i], taught[i], kinds, axis) for i in taught}
-            profile = learn_profile(list(data.values()), self._setting.band.inner_px, self._reach_px, axis, profile)
-            uncertainty = []
-            for i, (patches, centres) in data.items():
-                result = fit(patches, centres, about, profile, 2)
-                taught[i] = self._moved(taught[i], result.shift)
-                covariance = result.variance * max(1.0, result.disagreement) * np.linalg.inv(result.normal)
-                uncertainty.append(float(covariance[0, 0] + covariance[1, 1]))
-        return _required_profile(profile), float(np.median(uncertainty))
 
     def place(
         self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None, noise: NoiseModel
@@ -144,12 +102,12 @@ class Placing:
         for start in several:
             if len(several) > 1:
                 start = self._focused(e, start, kinds, profile)
-            patches, centres = self._cut(e, start, kinds, profile.axis)
+            patches, centres = self._teaching.cut(e, start, kinds, profile.axis)
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
             if np.hypot(*result.shift[:2]) < STRAY_PX:
-                found.append((self._moved(start, result.shift), result))
+                found.append((self._teaching.moved(start, result.shift), result))
         if not found:
             return None
         least = min(r.variance for _, r in found)
@@ -175,11 +133,11 @@ class Placing:
 
     def _focused(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> Float:
         """A first fit, out of focus, which reaches further; the pose as it was where it strays."""
-        patches, centres = self._cut(e, pose, kinds, profile.axis, FOCUS_PX)
+        patches, centres = self._teaching.cut(e, pose, kinds, profile.axis, FOCUS_PX)
         if not len(centres):
             return pose
         shift = fit(patches, centres, centre_px(self._setting.camera), profile.blurred(FOCUS_PX), 4).shift
-        return self._moved(pose, shift) if np.hypot(*shift[:2]) < 3 * STRAY_PX else pose
+        return self._teaching.moved(pose, shift) if np.hypot(*shift[:2]) < 3 * STRAY_PX else pose
 
     def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
         """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""
@@ -192,31 +150,6 @@ class Placing:
             return CorrectedPose(key, p.pose, p.covariance, Status.PLACED, odds)
         return CorrectedPose(key, p.pose, p.covariance + (1 - p.trust) * wide, Status.UNCERTAIN, odds)
 
-    def _cut(self, e: Evidence, pose: Float, kinds: Int, axis: Float, blur_px: float = 0.0) -> tuple[Patches, Float]:
-        """The pixels around the rods in view, through the channel weights `axis`, and where the pose puts the rods."""
-        camera, reach = self._setting.camera, self._reach_px
-        near = self._setting.layout.tree.query_ball_point(
-            pose[:2], (np.hypot(camera.width_px, camera.height_px) / 2 + reach) * camera.metres_per_pixel
-        )
-        rods = np.array(sorted(near), dtype=np.int64)
-        centres = pond_to_image(self._setting.layout.centres[rods], pose, camera)
-        size = np.array([camera.width_px, camera.height_px])
-        seen = ((centres > -0.6 * reach) & (centres < size - 1 + 0.6 * reach)).all(axis=-1)
-        grey = np.asarray(e.snapshot.image @ axis.astype(np.float32), dtype=np.float32)
-        grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur_px), dtype=np.float32) if blur_px else grey
-        return cut(grey, centres[seen], kinds[rods[seen]], reach), centres[seen]
-
-    def _rings(self, e: Evidence, pose: Float) -> tuple[Float, Float]:
-        """The pixels of all rods in view, each rod's mean taken out, and their radii, for `contrast_axis`."""
-        parts = []
-        for channel in np.eye(3):
-            p, centres = self._cut(e, pose, np.zeros(len(self._setting.layout.ids), np.int64), channel)
-            mean = p.of_rods(p.value) / np.maximum(np.bincount(p.rod, minlength=len(p.kind)), 1)
-            parts.append(p.value - mean[p.rod])
-        r = p.off(centres)[2]
-        outer = r > 1.15 * self._setting.band.inner_px
-        return np.stack(parts, axis=1)[outer], r[outer].astype(np.float64)
-
     def _looks(self, e: Evidence, pose: Float) -> tuple[Int, Float]:
         camera, band = self._setting.camera, self._setting.band
         reach_m = np.hypot(camera.width_px, camera.height_px) / 2 * camera.metres_per_pixel
@@ -225,14 +158,6 @@ class Placing:
         whole = wholly_in_view(centres, band.outer_px, camera.width_px, camera.height_px)
         codes = read_codes(e.snapshot.image, centres[whole], band.inner_px, band.outer_px, camera)
         return near[whole], codes.ratio
-
-    def _moved(self, pose: Float, shift: Float) -> Float:
-        """The pose after its rods moved by (du, dv) and turned by shift[2], u towards v, in the image."""
-        m = self._setting.camera.metres_per_pixel
-        theta = pose[2] + shift[2]
-        a, b = -shift[0] * m, shift[1] * m
-        c, s = np.cos(theta), np.sin(theta)
-        return np.array([pose[0] + c * a - s * b, pose[1] + s * a + c * b, theta])
 
     def _covariance(self, normal: Float, variance: float, theta: float) -> Float:
         m = self._setting.camera.metres_per_pixel
@@ -281,20 +206,3 @@ def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: N
 def _sigma_px(fitted: Fit) -> float:
     """Of the image's centre, by the pixels alone: great where one round rod is all they show, and any turn fits."""
     return float(np.sqrt(np.trace(fitted.variance * np.linalg.inv(fitted.normal)[:2, :2])))
-
-
-def _spread_evenly(index: Sequence[int], poses: Sequence[Float | None], most: int) -> dict[int, Float]:
-    chosen = [index[k] for k in np.unique(np.linspace(0, len(index) - 1, most).round().astype(int))]
-    return {i: _required(poses[i]) for i in chosen}
-
-
-def _required_profile(profile: Profile | None) -> Profile:
-    if profile is None:
-        raise ValueError("a profile is needed here")
-    return profile
-
-
-def _required(pose: Float | None) -> Float:
-    if pose is None:
-        raise ValueError("a pose is needed here")
-    return pose
