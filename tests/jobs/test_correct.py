@@ -35,7 +35,7 @@ class Mover(IdentityCorrector):
         return RodReading(first.rod_id, RodState.FULL, 1.0, 0.9, 2), *others
 
 
-def made(inspection: Inspection, method: str) -> IdentityCorrector:
+def made(inspection: Inspection, method: str, *_: object) -> IdentityCorrector:
     return IdentityCorrector(inspection) if method == "identity" else Mover(inspection)
 
 

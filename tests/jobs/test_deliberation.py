@@ -86,7 +86,7 @@ def mind() -> Iterator[Mind]:
 
 @pytest.fixture
 def house(tmp_path: Path, mind: Mind, monkeypatch: pytest.MonkeyPatch) -> Iterator[House]:
-    monkeypatch.setattr(held, "make_corrector", lambda inspection, _method: Ponderer(inspection, mind))
+    monkeypatch.setattr(held, "make_corrector", lambda inspection, *_: Ponderer(inspection, mind))
     made = House(tmp_path)
     yield made
     made.store.close()

@@ -15,10 +15,11 @@ from pondwatch.core.values import CorrectedPose, Image, Pond, Quality, RodReadin
 from pondwatch.jobs import exports
 from pondwatch.jobs.findingviews import document, findings_csv
 from pondwatch.jobs.papernets import make_corrector
+from pondwatch.jobs.spreading import beside, spread_out
 
 from .bundle import Bundle
 
-_BATCH = 64  # snapshots handed to the corrector together
+_BATCH = 256  # snapshots handed to the corrector together
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +47,7 @@ def correct_bundle(
     Raises:
         InvalidBundle: a picture that cannot be read. Invalid: there is no such method.
     """
-    corrector = make_corrector(bundle.inspection, method)
+    corrector = make_corrector(bundle.inspection, method, spread_out)
     rows = sorted(bundle.rows, key=lambda row: row.key)
     taken: dict[SnapshotKey, Snapshot] = {}
     faults: list[str] = []
@@ -63,15 +64,15 @@ def correct_bundle(
         progress("Correcting", done, len(rows))
     corrector.settle()
     poses = corrector.poses()
+    looks, rods = sure_looks(taken, poses), corrector.rods()
+    look_over = beside(lambda: find(looks, bundle.inspection.camera, bundle.inspection.pond, rods))
     mosaic = _assemble(bundle, taken, poses.get, progress)
     unplaced = {row.key: CorrectedPose(row.key, None, None, Status.REJECTED) for row in rows}
     in_order = tuple(poses.get(row.key, unplaced[row.key]) for row in bundle.rows)
     quality = corrector.quality()
     progress("Looking over the floor", len(taken), len(taken))
-    condition = find(sure_looks(taken, poses), bundle.inspection.camera, bundle.inspection.pond, corrector.rods())
-    return CorrectedBundle(
-        in_order, corrector.rods(), mosaic.bgra(), mosaic.metres_per_pixel, quality, tuple(faults), condition
-    )
+    image = mosaic.bgra()
+    return CorrectedBundle(in_order, rods, image, mosaic.metres_per_pixel, quality, tuple(faults), look_over())
 
 
 def sure_looks(taken: Mapping[SnapshotKey, Snapshot], poses: Mapping[SnapshotKey, CorrectedPose]) -> list[Look]:

@@ -14,7 +14,7 @@ from .errors import Invalid
 from .graph import GraphCorrector
 from .identity import IdentityCorrector
 from .lattice import LatticeCorrector
-from .ports import RodFinder
+from .ports import RodFinder, Spread, one_by_one
 from .values import CorrectedPose, Correction, Inspection, Quality, RodReading, Snapshot, SnapshotKey
 
 METHODS = ("auto", "identity", "lattice", "graph")
@@ -66,8 +66,10 @@ def hold(corrector: Corrector, snapshots: Sequence[Snapshot]) -> None:
     getattr(corrector, "hold", corrector.add)(snapshots)
 
 
-def make_corrector(inspection: Inspection, method: str = "auto", finder: RodFinder | None = None) -> Corrector:
-    """A corrector by name. `auto`: `lattice` with a layout, `graph` without one. `finder`: for `lattice`.
+def make_corrector(
+    inspection: Inspection, method: str = "auto", finder: RodFinder | None = None, spread: Spread = one_by_one
+) -> Corrector:
+    """A corrector by name. `auto`: `lattice` with a layout, `graph` without one. `finder` and `spread`: for `lattice`.
 
     Raises:
         Invalid: there is no such method, or the session does not have what it needs.
@@ -79,5 +81,5 @@ def make_corrector(inspection: Inspection, method: str = "auto", finder: RodFind
     if method == "graph":
         return GraphCorrector(inspection)
     if method == "lattice":
-        return LatticeCorrector(inspection, finder=finder)
+        return LatticeCorrector(inspection, finder=finder, spread=spread)
     raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)

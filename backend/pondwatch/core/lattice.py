@@ -23,7 +23,7 @@ from .joint import Joint, Solver, gains
 from .noise import NoiseModel
 from .placement import UNFITTED_TRUST, Placed, Placing, doubted, elsewhere
 from .pond import Layout
-from .ports import RodFinder
+from .ports import RodFinder, Spread, one_by_one
 from .quality import Tally
 from .rodbook import Entry, RodBook
 from .values import Bool, CorrectedPose, Correction, Float, Inspection, Int, Quality, RodReading, Snapshot, SnapshotKey
@@ -57,8 +57,10 @@ class LatticeCorrector:
 
     method = "lattice"
 
-    def __init__(self, inspection: Inspection, seed: int = 0, finder: RodFinder | None = None) -> None:
-        self._camera = inspection.camera
+    def __init__(
+        self, inspection: Inspection, seed: int = 0, finder: RodFinder | None = None, spread: Spread = one_by_one
+    ) -> None:
+        self._camera, self._spread = inspection.camera, spread
         self._setting = Setting.of(Layout.of(inspection.pond), inspection.camera, finder)
         self._pitch = self._setting.layout.pitch
         self._stated = NoiseModel.stated(inspection.pose_noise, self._pitch)
@@ -89,7 +91,8 @@ class LatticeCorrector:
     def hold(self, snapshots: Sequence[Snapshot]) -> list[Evidence]:
         """Take snapshots without deciding them; `settle` will."""
         reach = (self._joint.noise if self._joint else self._stated).reach(self._pitch)
-        new = [lean(gather(s, reach, self._setting)) for s in snapshots]
+        images = [*snapshots, *(s.image for s in snapshots)]
+        new = self._spread(lambda s: lean(gather(s, reach, self._setting)), snapshots, images)
         self._evidence.update({e.snapshot.key: e for e in new})
         return new
 
@@ -110,8 +113,7 @@ class LatticeCorrector:
 
     def held(self) -> Sequence[object]:
         """The evidence, which a deliberation mostly leaves as it is, and all pictures."""
-        evidence = list(self._evidence.values())
-        return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
+        return _all_of(list(self._evidence.values()))
 
     def adopt(self, d: Deliberation) -> Correction:
         """Take over a deliberation; what came since it began is decided against it."""
@@ -163,14 +165,15 @@ class LatticeCorrector:
         if before is None or taught < ENOUGH_TAUGHT:
             profile = self._placing.learn(evidence, chosen, joint.trust, kinds, before.axis if before else None)
             taught = len(evidence)
-        placed = tuple(
-            self._with_others(
-                self._place(e, pose, float(joint.trust[i]), kinds, joint, profile, profile is before),
-                joint.belief(i),
-                int(joint.decision.choice[i] - joint.problem.start[i]),
-            )
-            for i, (e, pose) in enumerate(zip(evidence, chosen, strict=True))
-        )
+
+        def place(i: int) -> Placed:
+            trust = float(joint.trust[i])
+            placed = self._place(evidence[i], chosen[i], trust, kinds, joint, profile, profile is before)
+            at = int(joint.decision.choice[i] - joint.problem.start[i])
+            return self._with_others(placed, joint.belief(i), at)
+
+        spread = one_by_one if live else self._spread  # live, the other cores have work of their own
+        placed = tuple(spread(place, range(len(evidence)), _all_of(evidence)))
         residuals = [p.residual for p in placed if np.isfinite(p.residual)]
         typical = float(np.median(residuals)) if residuals else np.inf
         return Deliberation(joint, tuple(evidence), placed, profile, taught, kinds, typical)
@@ -241,6 +244,10 @@ class LatticeCorrector:
             theta = 0.0 if p.pose is None else float(p.pose[2])
             self._book.enter(pose.key, (Entry(p.rods, p.ratio, theta, p.trust), *p.others))
         return Correction(tuple(moved), self._book.changed(), self.quality())
+
+
+def _all_of(evidence: Sequence[Evidence]) -> list[object]:
+    return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
 
 
 def _same(before: CorrectedPose | None, after: CorrectedPose) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from .rodsight import RodsSeen
 from .values import Image
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class Clock(Protocol):
@@ -41,3 +44,17 @@ class RodFinder(Protocol):
     """A learned detector of rods: image (H, W, 3), and the rods' outer radius in it, px, right within 20 %."""
 
     def __call__(self, image: Image, outer_px: float) -> RodsSeen: ...
+
+
+class Spread(Protocol):
+    """Does the same to many things, which do not know of one another, on as many cores as there are.
+
+    shared: values that what is done may return, none of which ever changes; they need not be copied.
+    """
+
+    def __call__(self, work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]: ...
+
+
+def one_by_one(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+    """On this core alone."""
+    return [work(thing) for thing in things]

@@ -18,6 +18,7 @@ from pondwatch.core.errors import Invalid
 from pondwatch.core.findings import Condition, find
 from pondwatch.core.images import decode
 from pondwatch.core.mosaic import Mosaic
+from pondwatch.core.ports import Spread, one_by_one
 from pondwatch.core.values import (
     Camera,
     CorrectedPose,
@@ -161,10 +162,11 @@ class Held:
         return changed
 
 
-def as_stored(base: Base) -> tuple[Held, list[Snapshot]]:
+def as_stored(base: Base, spread: Spread = one_by_one) -> tuple[Held, list[Snapshot]]:
     """A session with its mosaic drawn as it is stored, and its snapshots, which its corrector has not seen yet."""
     camera, pond = base.inspection.camera, base.inspection.pond
-    held = Held(base.inspection, base.revision, make_corrector(base.inspection, base.method), Mosaic(camera, pond))
+    corrector = make_corrector(base.inspection, base.method, spread)
+    held = Held(base.inspection, base.revision, corrector, Mosaic(camera, pond))
     snapshots = held.take(base.snapshots)
     rects: list[Rect] = []
     for ref in base.snapshots:

@@ -31,6 +31,7 @@ from pondwatch.core.paperinputs import (
     stitched,
     tile_size,
 )
+from pondwatch.core.ports import Spread, one_by_one
 from pondwatch.core.values import (
     CorrectedPose,
     Correction,
@@ -207,7 +208,7 @@ def network_inputs(
     return inputs
 
 
-def make_corrector(inspection: Inspection, method: str = "auto") -> core.Corrector:
+def make_corrector(inspection: Inspection, method: str = "auto", spread: Spread = one_by_one) -> core.Corrector:
     """A corrector by name, the networks among them.
 
     Raises:
@@ -222,4 +223,4 @@ def make_corrector(inspection: Inspection, method: str = "auto") -> core.Correct
         return corrector
     if method not in METHODS:
         raise Invalid(f"There is no correction method {method!r}; there are {', '.join(METHODS)}.", method=method)
-    return core.make_corrector(inspection, method)
+    return core.make_corrector(inspection, method, spread=spread)

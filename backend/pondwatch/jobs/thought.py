@@ -18,7 +18,7 @@ import threading
 import traceback
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 from pondwatch.core.corrector import Deliberates
 
@@ -83,7 +83,7 @@ class ForkThought(_Answered):
         source, sink = os.pipe()
         self._child = os.fork()
         if self._child == 0:
-            _think(corrector, self._held, sink)
+            answer(lambda: _decided(corrector), self._held, sink, _NICER)
         os.close(sink)
         threading.Thread(target=self._read, args=(source,), name="deliberation", daemon=True).start()
 
@@ -93,14 +93,12 @@ class ForkThought(_Answered):
             os.kill(self._child, signal.SIGKILL)  # not waited for yet, so no other process has its number
 
     def _read(self, source: int) -> None:
-        with open(source, "rb", buffering=0) as pipe:
-            content = pipe.readall()
-        answer = None
+        content, decision = whole(source), None
         try:
-            answer = loads(content, self._held) if content else None
+            decision = loads(content, self._held) if content else None
         except (pickle.UnpicklingError, EOFError):  # the child was killed in mid-sentence
             traceback.print_exc()
-        self._answer.set_result(answer)
+        self._answer.set_result(decision)
         os.waitpid(self._child, 0)
 
 
@@ -112,25 +110,34 @@ def _decided(corrector: Deliberates) -> Any:
         return None
 
 
-def _think(corrector: Deliberates, held: Sequence[object], sink: int) -> None:
-    """The whole life of the child. It leaves without a trace of the worker's own endings."""
+def answer(work: Callable[[], Any], held: Sequence[object], sink: int, nicer: int = 0) -> NoReturn:
+    """The whole life of a child by `fork`: do the work, write its result into a pipe, and leave without a trace of the
+    parent's own endings."""
     try:
-        _stand_alone(sink)
-        content = memoryview(dumps(_decided(corrector), held))
+        _stand_alone(sink, nicer)
+        content = memoryview(dumps(work(), held))
         while content:
             content = content[os.write(sink, content[:_CHUNK]) :]
+    except Exception:  # a border: the parent sees that nothing came
+        traceback.print_exc()
     finally:
         os._exit(0)
 
 
-def _stand_alone(sink: int) -> None:
-    """End with the worker, and keep open nothing by which others hear of the worker's end."""
-    if sys.platform == "linux":  # elsewhere it outlives a worker that is killed, by the rest of its decision
+def whole(source: int) -> bytes:
+    """All that comes through a pipe until its other end is closed."""
+    with open(source, "rb", buffering=0) as pipe:
+        return pipe.readall()
+
+
+def _stand_alone(sink: int, nicer: int) -> None:
+    """End with the parent, and keep open nothing by which others hear of the parent's end."""
+    if sys.platform == "linux":  # elsewhere it outlives a parent that is killed, by the rest of its work
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     os.closerange(3, sink)
     os.closerange(sink + 1, 1 << 20)
-    os.nice(_NICER)
-    gc.disable()  # a look at every object would copy all that is shared with the worker
+    os.nice(nicer)
+    gc.disable()  # a look at every object would copy all that is shared with the parent
 
 
 class _Naming(pickle.Pickler):

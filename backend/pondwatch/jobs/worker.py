@@ -23,9 +23,11 @@ from typing import Any
 import cv2
 
 from pondwatch.core.corrector import Deliberates, hold
+from pondwatch.core.ports import Spread, one_by_one
 
 from .held import Held, as_stored
 from .raster import encode_tiles
+from .spreading import spread_out
 from .tasks import Base, EncodedTile, Outcome, Place, SnapshotRef
 from .thought import Begin, ForkThought, ThreadThought
 
@@ -35,15 +37,16 @@ _NICER = 5  # whoever waits for an acknowledgement comes before the correction
 
 
 class Desk:
-    """The sessions that one worker holds, the longest unused let go of first. begin: how joint decisions are begun."""
+    """The sessions that one worker holds, the longest unused let go of first. begin: how joint decisions are begun;
+    spread: how what is decided for each snapshot is."""
 
-    def __init__(self, begin: Begin = ThreadThought) -> None:
+    def __init__(self, begin: Begin = ThreadThought, spread: Spread = one_by_one) -> None:
         self._held: OrderedDict[str, Held] = OrderedDict()
-        self._begin = begin
+        self._begin, self._spread = begin, spread
 
     def load(self, base: Base) -> None:
         """Take up a session as it is stored."""
-        held, snapshots = as_stored(base)
+        held, snapshots = as_stored(base, self._spread)
         held.begin = self._begin
         for i in range(0, len(snapshots), _LOAD_CHUNK):
             held.corrector.add(snapshots[i : i + _LOAD_CHUNK])
@@ -81,7 +84,7 @@ class Desk:
         """Decide all at once, in the order of the keys, so that nothing of the order of arrival is left; then look the
         floor over, where that is asked for."""
         self.forget(base.session)
-        held, snapshots = as_stored(base)
+        held, snapshots = as_stored(base, self._spread)
         hold(held.corrector, sorted(snapshots, key=lambda s: s.key))
         held.corrector.settle()
         outcome = held.outcome(sorted(held.corrector.poses().values(), key=lambda p: p.key), most_moved=None)
@@ -118,7 +121,7 @@ class Desk:
             self._held.popitem(last=False)[1].abandon()
 
 
-_desk = Desk(ForkThought)  # this process's own
+_desk = Desk(ForkThought, spread_out)  # this process's own
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,71 @@
+"""Work on other cores: the same results in the same order, whatever becomes of the children."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pondwatch.jobs import spreading
+from pondwatch.jobs.spreading import LEAST, beside, spread_out
+
+SELF, OPEN = os.getpid(), Path("/proc/self/fd")  # files that are open, where the system tells
+
+
+@pytest.fixture(params=[1, 2, 3])
+def cores(request, monkeypatch):
+    monkeypatch.setattr(spreading, "cores", lambda: request.param)
+    return request.param
+
+
+@pytest.mark.parametrize("count", [0, 1, LEAST - 1, LEAST, 2 * LEAST + 1])
+def test_results_come_in_the_order_of_the_things(cores, count):
+    assert spread_out(lambda k: k * k, range(count), ()) == [k * k for k in range(count)]
+
+
+def test_as_many_processes_work_as_there_are_cores(cores):
+    assert len(set(spread_out(lambda _: os.getpid(), range(3 * LEAST), ()))) == cores
+
+
+def test_what_is_shared_comes_back_as_itself_and_the_rest_as_its_equal(cores):
+    things = [np.full(4, k) for k in range(2 * LEAST)]
+
+    done = spread_out(lambda thing: (thing, thing + 1), things, things)
+
+    assert all(same is thing for (same, _), thing in zip(done, things, strict=True))
+    assert all((more == thing + 1).all() for (_, more), thing in zip(done, things, strict=True))
+
+
+@pytest.mark.parametrize("end", [lambda: os.kill(os.getpid(), signal.SIGKILL), lambda: 1 / 0], ids=["killed", "error"])
+def test_what_a_child_leaves_undone_is_done_here(cores, end):
+    def work(k):
+        if k == 2 * LEAST - 1 and os.getpid() != SELF:
+            end()
+        return k
+
+    assert spread_out(work, range(2 * LEAST), ()) == list(range(2 * LEAST))
+
+
+def test_an_error_in_the_work_is_raised_here(cores):
+    with pytest.raises(ZeroDivisionError):
+        spread_out(lambda k: 1 / (k - 2 * LEAST + 1), range(2 * LEAST), ())
+
+
+def test_work_begun_beside_gives_its_result_when_asked(cores):
+    made = beside(lambda: (os.getpid() != SELF, "made"))
+
+    assert made() == (cores > 1, "made")
+
+
+def test_no_child_and_no_pipe_is_left(cores):
+    before = sorted(OPEN.glob("*"))
+
+    children = set(spread_out(lambda _: os.getpid(), range(3 * LEAST), ())) - {SELF}
+
+    assert len(sorted(OPEN.glob("*"))) == len(before)
+    for child in children:
+        with pytest.raises(ProcessLookupError):
+            os.kill(child, 0)
