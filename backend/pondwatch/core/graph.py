@@ -8,7 +8,7 @@ in the pond only the noisy poses know, and the covariances say so.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,17 +67,20 @@ class GraphCorrector:
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
         """Places each new snapshot against those known. A group may move as a whole; a known key is left alone."""
-        rejected = []
         self._atlas.frame_slack_px, self._atlas.frame_slack_sigmas = FRAME_SLACK_PX, FRAME_SLACK_SIGMAS
-        for snapshot in snapshots:
-            if snapshot.key in self._poses:
-                continue
-            self._poses[snapshot.key] = CorrectedPose(snapshot.key, None, None, Status.REJECTED)
+        rejected = []
+        for snapshot in self._new(snapshots):
             if self._usable(snapshot):
-                self._take(snapshot)
+                self._place(self._take(snapshot))
             else:
                 rejected.append(self._poses[snapshot.key])
         return Correction((*rejected, *self._publish_live()), (), self.quality())
+
+    def hold(self, snapshots: Sequence[Snapshot]) -> None:
+        """Take snapshots without placing them; `settle` will."""
+        for snapshot in self._new(snapshots):
+            if self._usable(snapshot):
+                self._take(snapshot)
 
     def settle(self) -> Correction:
         """Grows and solves everything anew, in the order of the keys."""
@@ -132,12 +135,23 @@ class GraphCorrector:
         right_size = snapshot.image.shape[:2] == (camera.height_px, camera.width_px)
         return right_size and bool(np.isfinite(snapshot.pose_pond).all())
 
-    def _take(self, snapshot: Snapshot) -> None:
-        atlas = self._atlas
-        number = atlas.take(make_view(snapshot.image), se2.pond_to_map(snapshot.pose_pond, self._scale))
+    def _new(self, snapshots: Sequence[Snapshot]) -> Iterator[Snapshot]:
+        """Those whose keys are not known, rejected until they are taken."""
+        for snapshot in snapshots:
+            if snapshot.key not in self._poses:
+                self._poses[snapshot.key] = CorrectedPose(snapshot.key, None, None, Status.REJECTED)
+                yield snapshot
+
+    def _take(self, snapshot: Snapshot) -> int:
+        """Its number in the atlas."""
+        number = self._atlas.take(make_view(snapshot.image), se2.pond_to_map(snapshot.pose_pond, self._scale))
         self._keys.append(snapshot.key)
         self._shown = np.vstack([self._shown, np.full((1, 3), np.inf)])
         self._shown_status.append(None)
+        return number
+
+    def _place(self, number: int) -> None:
+        atlas = self._atlas
         atlas.learn_floor(number)
         everyone = np.ones(len(atlas), dtype=bool)
         if atlas.place(number, everyone):
