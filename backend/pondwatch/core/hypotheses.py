@@ -21,6 +21,10 @@ from .values import Bool, Camera, Float, Int
 
 MATCH = 0.16  # in pitches: a rod found this near to a rod of the layout is that rod
 ABSENT_NATS = 4.0  # against a place, for a whole rod that is missing or unexplained
+SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
+ILL_NATS = 1.0  # of the best place, from which it is asked whether the rods found show a heading at all
+WIDE_RAD = 0.6  # reach of the heading, from which the noisy one says little
+STIFF = 0.08  # pitches: what a heading is held by, against rods that lie badly
 KEEP_NATS = 9.0  # places worse than the best by more than this are dropped
 
 
@@ -68,17 +72,27 @@ def propose(found: RodsFound, prior: Float, reach: Reach, layout: Layout, camera
         Places, the best geometry first; empty where no rod was found or none fits.
     """
     q = _metric(found.centres_px, camera)
-    poses = [
-        _positions(q, found, theta, prior, reach, layout)
-        for theta in _headings(q, found, prior, reach.theta_rad, layout)
-    ]
+    places = _fitting(q, found, _headings(q, found, prior, reach.theta_rad, layout), prior, reach, layout, camera)
+    weight = precision(found)
+    one_rod = weight.sum() - weight.max(initial=0) < SECOND_ROD and reach.theta_rad < WIDE_RAD
+    if one_rod and places.geometry.max(initial=-np.inf) < -ILL_NATS:  # what else was found shows no heading
+        by_prior = _fitting(q, found, prior[2:3], prior, reach, layout, camera)
+        if by_prior.geometry.max(initial=-np.inf) > places.geometry.max(initial=-np.inf):
+            places = by_prior
+    return places.take(np.flatnonzero(places.geometry >= places.geometry.max(initial=-np.inf) - KEEP_NATS))
+
+
+def _fitting(
+    q: Float, found: RodsFound, headings: Float, prior: Float, reach: Reach, layout: Layout, camera: Camera
+) -> Places:
+    """The places at some headings, fitted to the rods found, those within reach."""
+    poses = [_positions(q, found, theta, prior, reach, layout) for theta in headings if len(q)]
     together = np.concatenate(poses) if poses else np.zeros((0, 3))
     if not len(together):
         return _describe(np.zeros((0, 3)), found, layout, camera)
     fitted = _distinct(_fit(_fit(together, q, found, layout), q, found, layout), layout.pitch)
     near = np.hypot(*(fitted[:, :2] - prior[:2]).T) <= reach.xy_m + 0.1 * layout.pitch
-    places = _describe(fitted[near], found, layout, camera)
-    return places.take(np.flatnonzero(places.geometry >= places.geometry.max(initial=-np.inf) - KEEP_NATS))
+    return _describe(fitted[near], found, layout, camera)
 
 
 def describe(poses: Float, found: RodsFound, layout: Layout, camera: Camera) -> Places:
@@ -152,8 +166,8 @@ def _fit(poses: Float, q: Float, found: RodsFound, layout: Layout) -> Float:
     a, b = q[None] - mean_q[:, None], target - mean_t[:, None]
     cross = (w * (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])).sum(axis=1)
     dot = (w * (a * b).sum(axis=-1)).sum(axis=1)
-    several = (w > 0).sum(axis=1) > 1
-    theta = np.where(several, np.arctan2(cross, dot), poses[:, 2])
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    theta = poses[:, 2] + np.arctan2(c * cross - s * dot, c * dot + s * cross + (STIFF * layout.pitch) ** 2)
     c, s = np.cos(theta), np.sin(theta)
     xy = mean_t - np.stack([c * mean_q[:, 0] - s * mean_q[:, 1], s * mean_q[:, 0] + c * mean_q[:, 1]], axis=1)
     matched = (w.sum(axis=1) > 0)[:, None]

@@ -13,7 +13,7 @@ from .decision import Vocabulary
 from .evidence import Evidence, Setting
 from .fill import wholly_in_view
 from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
-from .hypotheses import describe, precision
+from .hypotheses import SECOND_ROD, describe, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
 from .refine import FLOOR_PX, Fit, fit
@@ -28,7 +28,6 @@ ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
 ROUGH_RAD = 0.01
 LOOSE_PX = 0.5  # one sigma of a fit, above which its pixels do not fix a pose
-SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
 TURN_RAD = 0.05  # between the headings that a fit is started from where one rod alone is seen well
 INDEPENDENT_PIXELS = 60  # of a rod: its residuals go together
 UNEXPLAINED = 3.0  # times the least variance: what pixels would cost a fit that leaves their rods out
