@@ -63,6 +63,12 @@ def test_a_difference_is_claimed_only_where_both_readings_are_sure(confidence: f
     assert compare(row("EE", confidence), row("FE", confidence)).rods[0].change is change
 
 
+def test_two_partial_fills_differ_only_where_neither_reading_is_in_any_doubt() -> None:
+    """One that may as well be empty has its fill from looks that disagree."""
+    assert compare(row("P"), row("p", 0.96)).rods[0].reason is Reason.UNSURE
+    assert compare(row("P"), row("p", 0.996)).rods[0].change is Change.PARTLY
+
+
 def test_looks_that_contradict_each_other_claim_no_difference() -> None:
     base = row("E")
     doubtful = {"R0": Seen(reading("F", conflicting=True), (0.0, 0.5), INNER_M)}

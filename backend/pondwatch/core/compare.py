@@ -20,6 +20,7 @@ from .values import Bool, Float, RodReading, RodState
 
 PARTLY_LEAST = 0.18  # by how much two partial fills must differ: one reading in murky water may be off by 0.12
 SURE = 0.9  # probability that two readings differ, from which a difference is claimed
+SURE_OF_AMOUNT = 0.99  # the same for two partial fills: looks that doubt what a rod is are no measure of how full it is
 LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
 MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide
 SHIFT_LEAST = 8  # rods more that must agree one step away
@@ -194,7 +195,8 @@ def _changed(rod_id: str, a: Seen, b: Seen, residual: tuple[float, float] | None
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, 0.0, 0.0, apart_m, reason)
     change, p_changed = _claim(before, after)
     sure = before.confidence * after.confidence
-    if change is not Change.SAME and (p_changed < SURE or before.conflicting or after.conflicting):
+    least = SURE_OF_AMOUNT if before.state is after.state else SURE
+    if change is not Change.SAME and (p_changed < least or before.conflicting or after.conflicting):
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, apart_m, Reason.UNSURE)
     if change is not Change.SAME and apart_m is None:
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, None, Reason.UNMEASURED)

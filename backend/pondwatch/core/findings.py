@@ -22,13 +22,13 @@ import numpy as np
 
 from .cells import cut, pitch_of, sites_of
 from .consensus import Look, Warp, consensus
-from .floormaps import Maps, Region, regions_of, surroundings
+from .floormaps import Maps, Region, regions_of, surroundings, worth_a_look
 from .frames import pond_to_raster, raster_to_pond
 from .mosaic import default_metres_per_pixel
 from .offsets import Offsets, measured, settled
 from .residual import residuals
-from .values import Camera, Pond, RodReading
-from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, shares
+from .values import Camera, Float, Pond, RodReading
+from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, is_steady, pattern_shares, shares
 
 DISPLACED_SIGMA = 8.0
 LEAST_OFFSET_PX = 0.15
@@ -92,17 +92,20 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     scale = _scale(camera, pond)
     agreed = consensus(looks, camera, pond, scale)
     sites, maps = sites_of(pond, rods), Maps.blank(agreed.count.shape, scale)
+    peaks: list[Float] = []
     off, at_rod = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods))
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
         left = residuals(cells, pond.rods[0].inner_radius_m / scale)
+        peaks.append(left.z.max(axis=(1, 2))[left.examined.any(axis=(1, 2))])
         mine = cells.rod >= 0
         off[cells.rod[mine]], at_rod[cells.rod[mine]] = measured(cells, left, pond, scale)[mine], cells.looks[mine]
         maps.put(cells, left)
     offsets = settled(off, at_rod, looks, camera, pond, scale)
-    moved = _displaced(offsets, pond, scale)
+    moved = [f for f in _displaced(offsets, pond, scale) if _borne_out(f, maps, agreed.warps, pond)]
     _let_go_of(maps, moved, pond)
-    things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions_of(maps)], sites.pitch)
+    regions = regions_of(maps, worth_a_look(np.concatenate(peaks)))
+    things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions], sites.pitch)
     found = sorted([*moved, *things], key=lambda f: (-f.significance, f.x_m, f.y_m))[:MOST_FINDINGS]
     return Condition(tuple(found), offsets, float(maps.examined.mean()))
 
@@ -132,6 +135,19 @@ def _displaced(offsets: Offsets, pond: Pond, scale: float) -> list[Finding]:
             )
         )  # fmt: skip
     return out
+
+
+def _borne_out(finding: Finding, maps: Maps, warps: Sequence[Warp], pond: Pond) -> bool:
+    """Whether single looks show a rod off its place: glare on a ring is in some of them."""
+    at = np.round(pond_to_raster(np.array([finding.x_m, finding.y_m]), pond, maps.metres_per_pixel)).astype(int)
+    reach = round(finding.size_m / 2 / maps.metres_per_pixel)
+    low, high = np.maximum(at - reach, 0), np.maximum(at + reach + 1, 0)
+    rows, columns = np.nonzero(maps.examined[low[1] : high[1], low[0] : high[0]])
+    pixels = (np.stack([columns, rows], axis=1) + low)[:: max(1, len(rows) // _MOST_PIXELS)]
+    if not len(pixels):
+        return False
+    around = surroundings(Region(pixels, finding.significance), maps)
+    return is_steady(pattern_shares(warps, pixels, around, maps), finding.significance)
 
 
 def _let_go_of(maps: Maps, moved: Sequence[Finding], pond: Pond) -> None:

@@ -35,6 +35,7 @@ _ROUNDS = 15
 _MISFIT, _MISFIT_SHARE = 4.0, 0.1  # standard deviations, of so much of a ring: then it is looked for in whole pixels
 _GRID_PX = 1 / 32  # warps are no finer: a step is taken from where the model really is
 _CLOSE_PX = 0.05  # the error that such a step leaves is of its second order
+_LEAST_EXPLAINED = 0.5  # of what is seen at its place: less, and it is no ring
 _SURE_SIGMA = 6.0  # from which a rod is taken to stand off when its neighbours are judged
 _MOST_OFF = 100  # rods that may stand off at once
 _ECHO = 0.1  # of the greatest offset: below it what a rod seems to be off may be another's doing
@@ -92,11 +93,19 @@ def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: 
     usable = examined & ring
     if usable.sum() < _LEAST_SEEN * ring.sum():
         return np.full(2, np.nan)
+    starts = [np.zeros(2)]
+    if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
+        starts.append(_whole_pixels(value, expected, examined, ring))
+    ends = [_settled_from(start, value, expected, examined, ring) for start in starts]
+    explained = [_explained(value, expected, examined, ring, at) for at in ends]
+    best = int(np.argmax(explained))
+    return ends[best] if explained[best] > _LEAST_EXPLAINED else np.full(2, np.nan)
+
+
+def _settled_from(at: Float, value: Float32, expected: Float32, examined: Bool, ring: Bool) -> Float:
+    """(2,), px: where the steps from a start end."""
     reach = len(ring) // 2
     half = int(np.abs(np.argwhere(ring.any(axis=0)) - reach).max()) + _CLEAR_PX
-    at = np.zeros(2)
-    if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
-        at = _whole_pixels(value, expected, examined, ring)
     for _ in range(_ROUNDS):
         from_there = np.round(at / _GRID_PX) * _GRID_PX
         near = _around(reach, half + int(np.abs(at).max()))
@@ -104,7 +113,22 @@ def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: 
         at = from_there + step
         if np.abs(step).max() < _CLOSE_PX:
             break
-    return at if np.hypot(*at) < reach else np.full(2, np.nan)
+    return np.asarray(at)
+
+
+def _explained(value: Float32, expected: Float32, seen: Bool, ring: Bool, at: Float) -> float:
+    """The share, 0 to 1, of what is seen at a ring's place that the ring there explains, light apart."""
+    if not np.hypot(*at) < len(ring) // 2:
+        return 0.0
+    there = np.array([[1, 0, at[0]], [0, 1, at[1]]], np.float64)
+    size = (value.shape[1], value.shape[0])
+    rows = np.flatnonzero(((cv2.warpAffine(ring.astype(np.float32), there, size) > 0.99) & seen).ravel())
+    if len(rows) < max(40, _LEAST_SEEN * int(ring.sum())):
+        return 0.0
+    model = cv2.warpAffine(expected, there, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    m, v = (_levelled(part, rows).astype(np.float64) for part in (model, value))
+    alike = np.maximum((m * v).sum(axis=1), 0) ** 2 / np.maximum((m * m).sum(axis=1), 1e-3)
+    return float(alike.sum() / max(float((v * v).sum()), 1e-3))
 
 
 def _around(reach: int, half: int) -> tuple[slice, slice]:
