@@ -32,6 +32,7 @@ from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, is_steady, pattern_s
 
 DISPLACED_SIGMA = 8.0
 LEAST_OFFSET_PX = 0.15
+LEAST_MENDED = 0.2  # of what a ring at its place leaves unexplained, that one off it must explain
 DRAWN_ALONG = 0.03  # of an offset that the neighbours of a rod may still seem to have of it
 OFFSET_ERROR = 0.1  # of an offset: what making it whole leaves in doubt
 MOST_FINDINGS = 200
@@ -93,16 +94,18 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     agreed = consensus(looks, camera, pond, scale)
     sites, maps = sites_of(pond, rods), Maps.blank(agreed.count.shape, scale)
     peaks: list[Float] = []
-    off, at_rod = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods))
+    off, at_rod, mended = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods)), np.zeros(len(pond.rods))
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
         left = residuals(cells, pond.rods[0].inner_radius_m / scale)
         peaks.append(left.z.max(axis=(1, 2))[left.examined.any(axis=(1, 2))])
         mine = cells.rod >= 0
-        off[cells.rod[mine]], at_rod[cells.rod[mine]] = measured(cells, left, pond, scale)[mine], cells.looks[mine]
+        offset, explains = measured(cells, left, pond, scale)
+        off[cells.rod[mine]], mended[cells.rod[mine]] = offset[mine], explains[mine]
+        at_rod[cells.rod[mine]] = cells.looks[mine]
         maps.put(cells, left)
     offsets = settled(off, at_rod, looks, camera, pond, scale)
-    moved = [f for f in _displaced(offsets, pond, scale) if _borne_out(f, maps, agreed.warps, pond)]
+    moved = [f for f in _displaced(offsets, mended, pond, scale) if _borne_out(f, maps, agreed.warps, pond)]
     _let_go_of(maps, moved, pond)
     regions = regions_of(maps, worth_a_look(np.concatenate(peaks)))
     things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions], sites.pitch)
@@ -115,14 +118,15 @@ def _scale(camera: Camera, pond: Pond) -> float:
     return max(default_metres_per_pixel(camera, pond), pitch_of(pond) / _PITCH_PX)
 
 
-def _displaced(offsets: Offsets, pond: Pond, scale: float) -> list[Finding]:
-    """Rods off their places."""
+def _displaced(offsets: Offsets, mended: Float, pond: Pond, scale: float) -> list[Finding]:
+    """Rods off their places. mended: (R,), as `offsets.measured` tells it."""
     size = np.hypot(*offsets.offset_m.T)
     if not np.isfinite(size).any():
         return []
     least = max(LEAST_OFFSET_PX * scale, DRAWN_ALONG * float(np.nanmax(size)))
     out = []
-    for i in np.flatnonzero(np.nan_to_num(size) > np.maximum(DISPLACED_SIGMA * offsets.sigma_m, least)).tolist():
+    is_off = np.nan_to_num(size) > np.maximum(DISPLACED_SIGMA * offsets.sigma_m, least)
+    for i in np.flatnonzero(is_off & (mended > LEAST_MENDED)).tolist():
         rod, looks = pond.rods[i], int(offsets.looks[i])
         sigma = float(np.hypot(offsets.sigma_m[i], OFFSET_ERROR * size[i]))
         x_m, y_m = offsets.offset_m[i].tolist()

@@ -53,15 +53,20 @@ class Offsets:
     looks: Float
 
 
-def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float) -> Float:
-    """(K, 2), m, pond frame: how far the ring of each cell lies from its place; NaN where it cannot be told."""
-    out = np.full((len(cells.rod), 2), np.nan)
+def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float) -> tuple[Float, Float]:
+    """How far the ring of each cell lies from its place, and what that explains.
+
+    Returns:
+        (K, 2), m, pond frame, NaN where it cannot be told; and (K,), the share of what a ring at its place leaves
+        unexplained that one there explains: a stain or glare on a ring moves the fit, and is not explained by it.
+    """
+    out, mended = np.full((len(cells.rod), 2), np.nan), np.zeros(len(cells.rod))
     for k, rod in enumerate(cells.rod.tolist()):
         if rod >= 0:
             inner, outer = (getattr(pond.rods[rod], n) for n in ("inner_radius_m", "outer_radius_m"))
             ring = _ring(cells.reach, inner / metres_per_pixel, outer / metres_per_pixel)
-            out[k] = _moved(cells.value[k], found.expected[k], found.examined[k], found.z[k], ring)
-    return np.asarray(out * (metres_per_pixel, -metres_per_pixel))
+            out[k], mended[k] = _moved(cells.value[k], found.expected[k], found.examined[k], found.z[k], ring)
+    return np.asarray(out * (metres_per_pixel, -metres_per_pixel)), mended
 
 
 @lru_cache(maxsize=8)
@@ -88,18 +93,22 @@ def settled(
     return Offsets(_made_whole(moved, sigma, looks, camera, pond), sigma, at_rod)
 
 
-def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: Bool) -> Float:
-    """(2,), px right and down: how far a ring lies from the middle of its patch; NaN where it cannot be told."""
-    usable = examined & ring
+def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: Bool) -> tuple[Float, float]:
+    """(2,), px right and down: how far a ring lies from the middle of its patch, NaN where it cannot be told; and what
+    share of the rest that explains."""
+    usable, nowhere = examined & ring, (np.full(2, np.nan), 0.0)
     if usable.sum() < _LEAST_SEEN * ring.sum():
-        return np.full(2, np.nan)
+        return nowhere
     starts = [np.zeros(2)]
     if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
         starts.append(_whole_pixels(value, expected, examined, ring))
     ends = [_settled_from(start, value, expected, examined, ring) for start in starts]
     explained = [_explained(value, expected, examined, ring, at) for at in ends]
     best = int(np.argmax(explained))
-    return ends[best] if explained[best] > _LEAST_EXPLAINED else np.full(2, np.nan)
+    if not explained[best] > _LEAST_EXPLAINED:
+        return nowhere
+    still = 1 - _explained(value, expected, examined, ring, np.zeros(2))
+    return ends[best], 1 - (1 - explained[best]) / max(still, 1e-6)
 
 
 def _settled_from(at: Float, value: Float32, expected: Float32, examined: Bool, ring: Bool) -> Float:
