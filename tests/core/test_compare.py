@@ -133,6 +133,16 @@ def test_what_cannot_be_compared_says_why(base: dict[str, Seen], with_: dict[str
     assert compare(base, with_).refusal is refusal
 
 
+def test_two_ponds_whose_rods_stand_at_one_place_by_chance_are_not_compared() -> None:
+    other = row("FFFFFFFF")
+    for i in range(3, 8):
+        other[f"R{i}"] = Seen(other[f"R{i}"].reading, (0.1 * i, 0.8), INNER_M, (0.0, 0.0))
+
+    found = compare(row("EEEEEEEE"), other)
+
+    assert (found.refusal, found.count(Change.NOT_COMPARABLE)) == (Refusal.OTHER_LAYOUT, 8)
+
+
 def test_a_rod_of_the_same_name_at_another_place_is_not_the_same_rod() -> None:
     with_ = row("FE")
     with_["R0"] = Seen(with_["R0"].reading, (0.03, 0.5), INNER_M)

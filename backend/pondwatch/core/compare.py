@@ -23,6 +23,7 @@ SURE = 0.9  # probability that two readings differ, from which a difference is c
 SURE_OF_AMOUNT = 0.99  # the same for two partial fills: looks that doubt what a rod is are no measure of how full it is
 LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
 MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide
+IN_PLACE_LEAST = 0.5  # share of the rods of one name that must stand at one place: else it is chance that some do
 SHIFT_LEAST = 8  # rods more that must agree one step away
 CONTENT_APART = 0.1  # of a fill, closer than which a rod's content may be what another rod lost
 _CODES = {RodState.EMPTY: 0.0, RodState.FULL: 1.0}
@@ -58,7 +59,7 @@ class Refusal(enum.StrEnum):
     """Why two inspections as a whole are not compared."""
 
     NO_LAYOUT = "no_layout"
-    OTHER_LAYOUT = "other_layout"  # no rod is in both
+    OTHER_LAYOUT = "other_layout"  # no rod, or too few, are in both
     NOTHING_SEEN = "nothing_seen"  # no rod was seen in both
     RESIDUAL = "residual"  # the mosaics do not coincide
     UNMEASURED = "unmeasured"  # whether they coincide is known at too few rods
@@ -164,7 +165,7 @@ def _refusal(
 ) -> Refusal | None:
     if not base or not with_:
         return Refusal.NO_LAYOUT
-    if not any(_is_in_place(base[i], with_[i]) for i in common):
+    if not sum(_is_in_place(base[i], with_[i]) for i in common) >= max(1, IN_PLACE_LEAST * len(common)):
         return Refusal.OTHER_LAYOUT
     if not both:
         return Refusal.NOTHING_SEEN

@@ -33,7 +33,7 @@ SORTS = ("layout", "rod_id", "change", "confidence", "residual")
 _WORDS = {
     None: "The two can be compared.",
     "no_layout": "One of the two has no layout, so there are no rods to compare.",
-    "other_layout": "The two have no rod in common: they are of other ponds, or their layouts differ.",
+    "other_layout": "The two have no rod in common, or too few: they are of other ponds, or their layouts differ.",
     "nothing_seen": "No rod was seen in both.",
     "residual": "The two mosaics do not lie on each other; no difference is claimed.",
     "unmeasured": "Whether the two mosaics lie on each other is known to a pixel at too few rods: their rings are not "
