@@ -7,8 +7,8 @@ of all other cells predict (`residual.py`) by more than chance and bad water do,
 what drifts, glares or flickers is in some looks and not in others. A rod is one where its ring stands off its place by
 more than its sigma (`offsets.py`); a whole pond that is off is not.
 
-Not looked at: a pixel that fewer than three looks show, the inside of a partly filled rod, floor that is nobody's cell,
-and ponds with too few rods to learn from or without a layout.
+Not looked at: a pixel that fewer than three looks show, a cell that is hardly in view, the inside of a partly filled
+rod, floor that is nobody's cell, and ponds with too few rods to learn from or without a layout.
 """
 
 from __future__ import annotations

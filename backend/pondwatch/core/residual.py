@@ -20,7 +20,8 @@ from .values import Bool, Float32, Int
 WIDTHS_PX = (0.0, 1.5, 3.5, 8.0)  # sigma over which residuals are summed: things are of any size
 _LEAST_TO_LEARN = 6  # cells of a kind
 _MOST_TO_LEARN = 60
-_LEAST_OF_CELL = 0.65
+_LEAST_OF_CELL = 0.65  # of what is seen of the one that most is seen of, to learn from it
+_LEAST_TO_FIT = 0.3  # of a whole cell
 _LEAST_SIGMA = 0.8  # grey levels
 _ROUNDS = 2
 _STIFF = np.array([20.0, 20.0, 20.0, 1e-3], np.float32)  # holds a light that a cell says nothing of
@@ -56,6 +57,7 @@ def residuals(cells: Cells, inner_px: float) -> Residuals:
     grey = np.zeros_like(cells.value)
     around = np.flatnonzero((cells.kind != VACANT) & _well_seen(cells, outside))
     light = _light(steps)
+    whole = cells.seen.any(axis=0)
     look, known = _learn(cells, around, outside, light)
     if look is None:
         return Residuals(np.zeros(examined.shape, np.float32), grey, examined, expected)
@@ -76,6 +78,9 @@ def residuals(cells: Cells, inner_px: float) -> Residuals:
         if kind in looks:
             examined[k] = cells.seen[k] & areas[kind]
             fit_area = examined[k] & (outside | (kind == VACANT)) & ~cells.burnt[k]
+            if fit_area.sum() < _LEAST_TO_FIT * (areas[kind] & (outside | (kind == VACANT)) & whole).sum():
+                examined[k] = False  # the light of a cell is not told by a corner of it
+                continue
             expected[k] = _relit(cells.value[k], looks[kind], fit_area, light)
             if kind in (EMPTY, FULL):
                 _level(cells.value[k], expected[k], examined[k] & inside, inside)
