@@ -10,16 +10,18 @@ from pondwatch.core.witnesses import is_borne_out, is_steady
 
 
 @pytest.mark.parametrize(("middle", "scale"), [(5.0, 0.6), (7.0, 1.5)])
-def test_of_ponds_whose_residuals_have_tails_one_in_twenty_has_a_cell_worth_a_look(middle: float, scale: float) -> None:
+def test_in_a_pond_whose_residuals_have_tails_about_one_cell_is_worth_a_look_by_chance(
+    middle: float, scale: float
+) -> None:
     """The greatest of many is Gumbel's; a tenth of the cells hold things, and change the limit little."""
     rng = np.random.default_rng(1)
     over = []
     for _ in range(400):
         peaks = rng.gumbel(middle, scale, 180)
         peaks[:18] = 60.0
-        over.append((peaks[18:] > worth_a_look(peaks)).any())
+        over.append((peaks[18:] > worth_a_look(peaks)).sum())
 
-    assert np.mean(over) < 0.07
+    assert np.mean(over) < 1.0
 
 
 def test_a_quiet_pond_and_one_of_few_cells_keep_the_limit_that_a_witness_needs() -> None:

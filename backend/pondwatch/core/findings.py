@@ -27,7 +27,7 @@ from .frames import pond_to_raster, raster_to_pond
 from .mosaic import default_metres_per_pixel
 from .offsets import Offsets, measured, settled
 from .residual import residuals
-from .values import Camera, Float, Pond, RodReading
+from .values import Bool, Camera, Float, Pond, RodReading
 from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, is_steady, pattern_shares, shares
 
 DISPLACED_SIGMA = 8.0
@@ -39,6 +39,7 @@ MOST_FINDINGS = 200
 _PITCH_PX = 64.0  # the raster need not be finer
 _CLAIM = 0.5  # of the significance of what claims a cell: weaker things in it belong to that
 _MOST_PIXELS = 500
+_MOSTLY = 0.6  # of the cell that most was examined of
 
 
 class Kind(enum.StrEnum):
@@ -98,7 +99,7 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
         left = residuals(cells, pond.rods[0].inner_radius_m / scale)
-        peaks.append(left.z.max(axis=(1, 2))[left.examined.any(axis=(1, 2))])
+        peaks.append(left.z.max(axis=(1, 2))[_mostly(left.examined)])
         mine = cells.rod >= 0
         offset, explains = measured(cells, left, pond, scale)
         off[cells.rod[mine]], mended[cells.rod[mine]] = offset[mine], explains[mine]
@@ -111,6 +112,12 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions], sites.pitch)
     found = sorted([*moved, *things], key=lambda f: (-f.significance, f.x_m, f.y_m))[:MOST_FINDINGS]
     return Condition(tuple(found), offsets, float(maps.examined.mean()))
+
+
+def _mostly(examined: Bool) -> Bool:
+    """(K,): cells most of which was examined, for the greatest residual of a corner is less."""
+    size = examined.sum(axis=(1, 2))
+    return np.asarray(size > _MOSTLY * max(1, int(size.max(initial=0))))
 
 
 def _scale(camera: Camera, pond: Pond) -> float:

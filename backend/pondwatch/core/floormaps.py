@@ -17,7 +17,7 @@ from .values import Bool, Float, Float32, Image, Int
 
 WORTH_A_LOOK = 10.0  # standard deviations, from which single looks are asked, or more in bad water
 _CLEAN = 7.5  # under which floor is taken to be as it should be
-_CHANCE = 0.05  # cells over the limit that are expected by chance, an inspection
+_CHANCE = 1.0  # cells over the limit that are expected by chance, an inspection: single looks bear out one in twenty
 _LEAST_CELLS = 20
 MOST_REGIONS = 200
 _MARGIN_PX = 3
@@ -78,8 +78,8 @@ def worth_a_look(peaks: Float) -> float:
 
     Residuals are not normal: glare, ripples and blocks of compression have tails, and more so in bad water. The
     greatest of many in a cell follows Gumbel's law, whose two parameters the lower half of all cells tells, for
-    things lie in few of them. So high a limit that in a pond without any less than `_CHANCE` cells are expected over
-    it; and not under `WORTH_A_LOOK`.
+    things lie in few of them. So high a limit that in a pond without any `_CHANCE` cells are expected over it, whose
+    looks are then asked; and not under `WORTH_A_LOOK`.
     """
     if len(peaks) < _LEAST_CELLS:
         return WORTH_A_LOOK
