@@ -20,7 +20,7 @@ BIN := $(VENV)/bin
 LOCKED := $(BIN)/pip install -qq --requirement
 NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.package-lock.json)
 BENCHES := accuracy speed live
-LONG_BENCHES := grid factors baselines pairs moonshot
+LONG_BENCHES := grid factors baselines pairs findings moonshot
 
 .PHONY: help run setup setup-test test test-long test-paper check lint bench $(BENCHES) $(LONG_BENCHES) wheel pictures reference lock clean
 

@@ -129,7 +129,7 @@ def fill(data: Path, pond: Pond, sessions: int, scale_m: float, changed: int = C
 def _lies_where_it_should(store: Store, session: str, n_rods: int) -> None:
     """What the end of an inspection would have found out of its mosaic, had it one."""
     revision = store.read(lambda c: session_store.get(c, session)).revision
-    store.write(lambda c: registrations.write(c, session, revision, np.zeros((n_rods, 2))))
+    store.write(lambda c: registrations.write(c, session, revision, np.zeros((n_rods, 3))))
 
 
 def _keep(store: Store, pond: Pond, letters: str, week: int, scale_m: float, mosaic: Image) -> str:

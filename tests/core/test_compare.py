@@ -63,6 +63,12 @@ def test_a_difference_is_claimed_only_where_both_readings_are_sure(confidence: f
     assert compare(row("EE", confidence), row("FE", confidence)).rods[0].change is change
 
 
+def test_two_partial_fills_differ_only_where_neither_reading_is_in_any_doubt() -> None:
+    """One that may as well be empty has its fill from looks that disagree."""
+    assert compare(row("P"), row("p", 0.96)).rods[0].reason is Reason.UNSURE
+    assert compare(row("P"), row("p", 0.996)).rods[0].change is Change.PARTLY
+
+
 def test_looks_that_contradict_each_other_claim_no_difference() -> None:
     base = row("E")
     doubtful = {"R0": Seen(reading("F", conflicting=True), (0.0, 0.5), INNER_M)}
@@ -72,12 +78,12 @@ def test_looks_that_contradict_each_other_claim_no_difference() -> None:
 
 def test_a_rod_where_the_mosaics_lie_apart_is_not_compared() -> None:
     """The limit is a quarter of the inner radius: 5 mm."""
-    base, with_ = row("EEE"), row("FFF", offset=(0.003, 0.0))
+    base, with_ = row("EEEEEEE"), row("FFFEEEE", offset=(0.003, 0.0))
     with_["R1"] = Seen(with_["R1"].reading, with_["R1"].place, INNER_M, (0.003, 0.0045))
 
     found = compare(base, with_)
 
-    assert [rod.reason for rod in found.rods] == [None, Reason.RESIDUAL, None]
+    assert [rod.reason for rod in found.rods] == [None, Reason.RESIDUAL, None, None, None, None, None]
     assert found.rods[1].residual_m == pytest.approx(np.hypot(0.003, 0.0045))
     assert found.registration.median_m == pytest.approx(0.003)
     assert found.registration.shift_m == pytest.approx((0.003, 0.0))
@@ -125,6 +131,16 @@ def test_mosaics_whose_rings_are_mostly_not_found_are_not_compared_at_all() -> N
 )
 def test_what_cannot_be_compared_says_why(base: dict[str, Seen], with_: dict[str, Seen], refusal: Refusal) -> None:
     assert compare(base, with_).refusal is refusal
+
+
+def test_two_ponds_whose_rods_stand_at_one_place_by_chance_are_not_compared() -> None:
+    other = row("FFFFFFFF")
+    for i in range(3, 8):
+        other[f"R{i}"] = Seen(other[f"R{i}"].reading, (0.1 * i, 0.8), INNER_M, (0.0, 0.0))
+
+    found = compare(row("EEEEEEEE"), other)
+
+    assert (found.refusal, found.count(Change.NOT_COMPARABLE)) == (Refusal.OTHER_LAYOUT, 8)
 
 
 def test_a_rod_of_the_same_name_at_another_place_is_not_the_same_rod() -> None:

@@ -49,9 +49,11 @@ def pond() -> Pond:
 def test_a_ring_is_found_to_a_fiftieth_of_a_pixel_wherever_it_was_painted(
     pond: Pond, shift_px: tuple[float, float]
 ) -> None:
-    offsets_px = ring_offsets(painted(pond, shift_px), pond, M) / M
+    found_px = ring_offsets(painted(pond, shift_px), pond, M) / M
+    offsets_px = found_px[:, :2]
 
-    assert offsets_px.shape == (30, 2)
+    assert found_px.shape == (30, 3)
+    assert (found_px[:, 2] < 0.05).all()
     np.testing.assert_allclose(offsets_px, np.broadcast_to([shift_px[0], -shift_px[1]], (30, 2)), atol=0.05)
     np.testing.assert_allclose(offsets_px.mean(axis=0), [shift_px[0], -shift_px[1]], atol=0.02)
 
@@ -60,7 +62,7 @@ def test_two_mosaics_in_other_colours_give_the_same_centres(pond: Pond) -> None:
     light = ring_offsets(painted(pond, (0.3, 0.4), seed=1), pond, M)
     dark = ring_offsets(painted(pond, (0.3, 0.4), seed=2, dark=True), pond, M)
 
-    assert np.hypot(*(light - dark).T).max() < 0.05 * M
+    assert np.hypot(*(light - dark)[:, :2].T).max() < 0.05 * M
 
 
 def test_a_ring_that_was_not_seen_or_only_in_part_has_no_centre(pond: Pond) -> None:
@@ -75,13 +77,35 @@ def test_a_ring_that_was_not_seen_or_only_in_part_has_no_centre(pond: Pond) -> N
     assert np.isfinite(offsets[-1]).all()
 
 
+def test_rings_in_noise_are_kept_with_a_sigma_that_says_how_far_they_are_off(pond: Pond) -> None:
+    """Noise of 60 levels under a contrast of 180: what one ring says is worth a twenty-fifth of a pixel."""
+    found_px = ring_offsets(painted(pond, (0.3, 0.2), noise=60.0), pond, M) / M
+
+    assert np.isfinite(found_px).all()
+    off = (found_px[:, :2] - [0.3, -0.2]) / found_px[:, 2:]
+    assert np.sqrt(np.mean(off**2)) < 1.5
+    assert np.median(found_px[:, 2]) > 1.5 * np.median(ring_offsets(painted(pond, (0.3, 0.2)), pond, M)[:, 2] / M)
+
+
+@pytest.mark.parametrize("aside_px", [(7, 0), (6, 4), (0, 15), (26, 15), (30, 0)])
+def test_a_mosaic_that_lies_far_aside_has_no_ring_near_where_one_should_be(
+    pond: Pond, aside_px: tuple[int, int]
+) -> None:
+    """Noise makes no difference: half of what is seen there must be a ring."""
+    for noise in (3.0, 40.0):
+        found_px = ring_offsets(np.roll(painted(pond, (0, 0), noise=noise), aside_px, axis=(1, 0)), pond, M) / M
+
+        near = np.hypot(*found_px[:, :2].T) < 3.4  # a quarter of the inner radius
+        assert near.sum() <= 1
+
+
 def test_a_floor_without_rings_has_no_centres(pond: Pond) -> None:
     bare = np.random.default_rng(1).integers(0, 255, (*painted(pond, (0, 0)).shape[:2], 4), dtype=np.uint8)
     bare[..., 3] = 255
 
     assert np.isnan(ring_offsets(bare, pond, M)).all()
     assert np.isnan(ring_offsets(np.zeros_like(bare), pond, M)).all()
-    assert ring_offsets(bare, Pond(pond.width_m, pond.height_m), M).shape == (0, 2)
+    assert ring_offsets(bare, Pond(pond.width_m, pond.height_m), M).shape == (0, 3)
 
 
 def test_in_a_simulated_mosaic_whose_poses_are_all_off_by_the_same_the_rings_are_off_by_that() -> None:
@@ -94,7 +118,8 @@ def test_in_a_simulated_mosaic_whose_poses_are_all_off_by_the_same_the_rings_are
         moved = pose + [*(shift_px * inspection.camera.metres_per_pixel), 0.0]
         mosaic.put(snapshot.key, decode(snapshot.content, inspection.camera), moved)
 
-    offsets_px = ring_offsets(mosaic.bgra(), inspection.pond, mosaic.metres_per_pixel) / mosaic.metres_per_pixel
+    found_m = ring_offsets(mosaic.bgra(), inspection.pond, mosaic.metres_per_pixel)
+    offsets_px = found_m[:, :2] / mosaic.metres_per_pixel
 
     seen = np.isfinite(offsets_px[:, 0])
     assert seen.mean() > 0.8

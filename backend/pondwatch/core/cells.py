@@ -20,6 +20,7 @@ from .values import Bool, Float, Float32, Image, Int, Pond, RodReading, RodState
 EMPTY, FULL, OTHER, VACANT = range(4)  # kinds: hollow, filled, anything else inside; a lattice site without a rod
 LEAST_LOOKS = 3  # at a pixel: of two, one cannot say which is wrong
 _OF_SIX, _OF_FOUR = 0.6, 0.72  # pitches that a cell of a hexagonal and of a square lattice reaches, and a little more
+_RIM_PX = 4  # half a line that is drawn between two sites, and what it is smoothed over
 _MOST_CELLS = 400  # at a time: bounds the memory at some hundred megabytes
 
 
@@ -46,13 +47,15 @@ class Cells:
 @dataclass(frozen=True, slots=True, eq=False)
 class Sites:
     """Where cells are: place (S, 2), m, pond frame; rod (S,), index in the layout, -1 where there is none; kind (S,);
-    pitch, m, between neighbours. reach: pitches from a site to the farthest corner of its cell."""
+    pitch, m, between neighbours. reach: pitches from a site to the farthest corner of its cell. steps: (M, 2), m, to
+    neighbours."""
 
     place: Float
     rod: Int
     kind: Int
     pitch: float
     reach: float
+    steps: Float
 
     def parts(self) -> list[Int]:
         """All sites, row by row from the top, in parts whose cells fit into some hundred megabytes."""
@@ -73,7 +76,8 @@ def sites_of(pond: Pond, rods: Sequence[RodReading]) -> Sites:
     vacant = vacant_sites(places, steps, pitch, pond)
     kind = np.concatenate([[_kind(r) for r in rods], np.full(len(vacant), VACANT)]).astype(np.int64)
     rod = np.concatenate([np.arange(len(places)), np.full(len(vacant), -1)]).astype(np.int64)
-    return Sites(np.concatenate([places, vacant]), rod, kind, pitch, _OF_SIX if len(steps) >= 6 else _OF_FOUR)
+    reach = _OF_SIX if len(steps) >= 6 else _OF_FOUR
+    return Sites(np.concatenate([places, vacant]), rod, kind, pitch, reach, steps)
 
 
 def cut(found: Consensus, pond: Pond, sites: Sites, which: Int) -> Cells:
@@ -138,7 +142,8 @@ def _eroded(count: np.ndarray) -> np.ndarray:
 
 
 def _nearest_to_own(sites: Sites, which: Int, reach: int, metres_per_pixel: float) -> Bool:
-    """(K, P, P): which pixels of each patch are nearer to its own site than to any other, and within reach."""
+    """(K, P, P): which pixels of each patch are nearer to its own site than to any other, and within reach. What lies
+    between two sites belongs to both: where there is no second one a rim looks otherwise, and beyond it all does."""
     steps = np.arange(-reach, reach + 1, dtype=np.float64)
     right, down = steps[None, :], steps[:, None]
     out = np.broadcast_to(np.hypot(right, down) <= reach, (len(which), len(steps), len(steps))).copy()
@@ -149,4 +154,14 @@ def _nearest_to_own(sites: Sites, which: Int, reach: int, metres_per_pixel: floa
         for j in others:
             u, v = (sites.place[j] - sites.place[i]) / metres_per_pixel * (1, -1)
             out[k] &= u * right + v * down <= (u * u + v * v) / 2
+        for u, v in (_lacking(sites, i) / metres_per_pixel * (1, -1)).tolist():
+            out[k] &= u * right + v * down <= (u * u + v * v) / 2 - _RIM_PX * np.hypot(u, v)
     return out
+
+
+def _lacking(sites: Sites, i: int) -> Float:
+    """(N, 2), m: steps from a site to where a neighbour would be, and none is."""
+    if not len(sites.steps):
+        return np.zeros((0, 2))
+    apart = sites.place[None] - (sites.place[i] + sites.steps)[:, None]
+    return np.asarray(sites.steps[np.hypot(apart[..., 0], apart[..., 1]).min(axis=1) > 0.5 * sites.pitch])

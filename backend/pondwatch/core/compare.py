@@ -1,7 +1,7 @@
 """Two inspections of one pond, rod by rod: what was filled, what was emptied, and where nothing can be said.
 
 A difference is claimed for a rod that both inspections saw, at the same place, with readings that are sure, and where
-the two mosaics coincide. Everything else is *not comparable*, and says why. Pure: values in, values out.
+the two mosaics are known to coincide. Everything else is *not comparable*, and says why. Pure: values in, values out.
 """
 
 from __future__ import annotations
@@ -15,12 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .coincidence import Registration, registration, residuals
 from .values import Bool, Float, RodReading, RodState
 
 PARTLY_LEAST = 0.18  # by how much two partial fills must differ: one reading in murky water may be off by 0.12
 SURE = 0.9  # probability that two readings differ, from which a difference is claimed
+SURE_OF_AMOUNT = 0.99  # the same for two partial fills: looks that doubt what a rod is are no measure of how full it is
 LIMIT_OF_INNER = 0.25  # inner radii: how far two mosaics may lie apart at a rod
 MEASURED_LEAST = 0.5  # share of the rods seen in both where the mosaics must be known to coincide
+IN_PLACE_LEAST = 0.5  # share of the rods of one name that must stand at one place: else it is chance that some do
 SHIFT_LEAST = 8  # rods more that must agree one step away
 CONTENT_APART = 0.1  # of a fill, closer than which a rod's content may be what another rod lost
 _CODES = {RodState.EMPTY: 0.0, RodState.FULL: 1.0}
@@ -56,7 +59,7 @@ class Refusal(enum.StrEnum):
     """Why two inspections as a whole are not compared."""
 
     NO_LAYOUT = "no_layout"
-    OTHER_LAYOUT = "other_layout"  # no rod is in both
+    OTHER_LAYOUT = "other_layout"  # no rod, or too few, are in both
     NOTHING_SEEN = "nothing_seen"  # no rod was seen in both
     RESIDUAL = "residual"  # the mosaics do not coincide
     UNMEASURED = "unmeasured"  # whether they coincide is known at too few rods
@@ -66,12 +69,13 @@ class Refusal(enum.StrEnum):
 @dataclass(frozen=True, slots=True)
 class Seen:
     """One rod of one inspection. place: m, pond frame, by its layout. offset: how far its picture in the mosaic lies
-    from there, m, pond frame; None where that was not measured."""
+    from there, m, pond frame; None where that was not measured. sigma_m: one standard deviation of it along an axis."""
 
     reading: RodReading
     place: tuple[float, float]
     inner_radius_m: float
     offset: tuple[float, float] | None = None
+    sigma_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,19 +94,6 @@ class RodChange:
     reason: Reason | None = None
     word: str | None = None
     counterpart: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Registration:
-    """How well two mosaics coincide, over the rods measured in both: distances and the median shift, m, pond frame;
-    None where none was measured."""
-
-    rods: int
-    limit_m: float
-    median_m: float | None = None
-    p95_m: float | None = None
-    max_m: float | None = None
-    shift_m: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,21 +120,21 @@ def compare(
         base, with_: rods by id, each layout in its order.
         steps: (M, 2), m, the layout's vectors from a rod to its neighbours: given, states that agree far better one
             step away refuse the comparison.
-        pixel_m: of the coarser raster: the limit of the residual is never under one pixel.
+        pixel_m: of the coarser raster: a residual is known where its sigma could not hide a pixel, and its limit is
+            never under one.
     """
     common = [rod_id for rod_id in base if rod_id in with_]
     only = tuple(i for i in base if i not in with_), tuple(i for i in with_ if i not in base)
     limit_m = max([pixel_m, *(LIMIT_OF_INNER * base[i].inner_radius_m for i in common[:1])])
-    residuals = {i: _residual(base[i], with_[i]) for i in common}
-    registration = _registration(list(residuals.values()), limit_m)
+    apart, registered = _coincide(base, with_, common, pixel_m, limit_m)
     both = [i for i in common if not _unobserved(base[i].reading, with_[i].reading)]
-    refusal = _refusal(base, with_, common, both, registration)
+    refusal = _refusal(base, with_, common, both, registered)
     if refusal is None and steps is not None and _is_shifted(base, with_, both, steps):
         refusal = Refusal.SHIFTED
-    rods = [_changed(i, base[i], with_[i], residuals[i], limit_m) for i in common]
+    rods = [_changed(i, base[i], with_[i], apart.get(i), limit_m) for i in common]
     if refusal:
         rods = [_withheld(rod) for rod in rods]
-    return Comparison(tuple(_paired(rods)), registration, refusal, *only)
+    return Comparison(tuple(_paired(rods)), registered, refusal, *only)
 
 
 def probability_of_change(a: RodReading, b: RodReading) -> float:
@@ -156,20 +147,17 @@ def probability_of_change(a: RodReading, b: RodReading) -> float:
     return 1 - (p * rest_q + rest_p * q + rest_p * rest_q)
 
 
-def _residual(a: Seen, b: Seen) -> tuple[float, float] | None:
-    if a.offset is None or b.offset is None:
-        return None
-    return b.offset[0] - a.offset[0], b.offset[1] - a.offset[1]
-
-
-def _registration(residuals: Sequence[tuple[float, float] | None], limit_m: float) -> Registration:
-    measured = np.array([r for r in residuals if r is not None]).reshape(-1, 2)
-    if not len(measured):
-        return Registration(0, limit_m)
-    distance = np.hypot(*measured.T)
-    dx, dy = np.median(measured, axis=0).tolist()
-    median, p95 = np.percentile(distance, [50, 95]).tolist()
-    return Registration(len(measured), limit_m, median, p95, float(distance.max()), (dx, dy))
+def _coincide(
+    base: Mapping[str, Seen], with_: Mapping[str, Seen], common: Sequence[str], pixel_m: float, limit_m: float
+) -> tuple[dict[str, tuple[float, float]], Registration]:
+    """How far the mosaics lie apart, m, pond frame, at each rod where that is known, and as a whole."""
+    found = [i for i in common if base[i].offset is not None and with_[i].offset is not None]
+    apart = np.array([with_[i].offset for i in found]) - np.array([base[i].offset for i in found])
+    apart, places = apart.reshape(-1, 2), np.array([base[i].place for i in found]).reshape(-1, 2)
+    sigma = np.array([math.hypot(base[i].sigma_m, with_[i].sigma_m) for i in found])
+    residual, known = residuals(apart, sigma, places, pixel_m or limit_m)
+    told = {i: (x, y) for i, (x, y) in zip(found, residual.tolist(), strict=True) if x == x}
+    return told, registration(apart, np.maximum(sigma, known), residual, limit_m)
 
 
 def _refusal(
@@ -177,7 +165,7 @@ def _refusal(
 ) -> Refusal | None:
     if not base or not with_:
         return Refusal.NO_LAYOUT
-    if not any(_is_in_place(base[i], with_[i]) for i in common):
+    if not sum(_is_in_place(base[i], with_[i]) for i in common) >= max(1, IN_PLACE_LEAST * len(common)):
         return Refusal.OTHER_LAYOUT
     if not both:
         return Refusal.NOTHING_SEEN
@@ -208,7 +196,8 @@ def _changed(rod_id: str, a: Seen, b: Seen, residual: tuple[float, float] | None
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, 0.0, 0.0, apart_m, reason)
     change, p_changed = _claim(before, after)
     sure = before.confidence * after.confidence
-    if change is not Change.SAME and (p_changed < SURE or before.conflicting or after.conflicting):
+    least = SURE_OF_AMOUNT if before.state is after.state else SURE
+    if change is not Change.SAME and (p_changed < least or before.conflicting or after.conflicting):
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, apart_m, Reason.UNSURE)
     if change is not Change.SAME and apart_m is None:
         return RodChange(rod_id, Change.NOT_COMPARABLE, before, after, sure, p_changed, None, Reason.UNMEASURED)

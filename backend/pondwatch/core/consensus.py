@@ -109,12 +109,12 @@ class Warp:
 def _of_band(warps: Sequence[Warp], band: Rect) -> tuple[Image, NDArray[np.uint8], Bool]:
     """The median of a band, of how many looks, and where some of them are burnt."""
     parts = [part for warp in warps if (part := _part(warp, band)) is not None]
-    mean, burnt = _mean(parts, band)
+    mean, ever, burnt = _mean(parts, band)
     stack = np.zeros((_DEPTH, band.height, band.width), np.uint32)  # four bytes a pixel move as one
     count = np.zeros((band.height, band.width), np.uint8)
     place = np.arange(count.size).reshape(count.shape)
     for rows, columns, bgra in parts:
-        lit = in_light_of(bgra, mean[rows, columns]).view(np.uint32)[..., 0]
+        lit = in_light_of(bgra, mean[rows, columns], ~ever[rows, columns]).view(np.uint32)[..., 0]
         slot = count[rows, columns]
         free = (bgra[..., 3] == 255) & (slot < _DEPTH)
         which = np.flatnonzero(free)
@@ -138,8 +138,8 @@ def _part(warp: Warp, band: Rect) -> tuple[slice, slice, Image] | None:
     return part[1], columns, np.ascontiguousarray(warp.drawn()[part[0]])
 
 
-def _mean(parts: Sequence[tuple[slice, slice, Image]], band: Rect) -> tuple[Image, Bool]:
-    """(h, w, 4): the plain mean of a band's looks; and (h, w), where some of them are burnt."""
+def _mean(parts: Sequence[tuple[slice, slice, Image]], band: Rect) -> tuple[Image, Bool, Bool]:
+    """(h, w, 4): the plain mean of a band's looks; and (h, w), where one of them is burnt, and where some are."""
     total = np.zeros((band.height, band.width, 4), np.float32)
     burnt = np.zeros((band.height, band.width), np.uint8)
     for rows, columns, bgra in parts:
@@ -148,13 +148,14 @@ def _mean(parts: Sequence[tuple[slice, slice, Image]], band: Rect) -> tuple[Imag
         within = cv2.inRange(bgra, (0, 0, 0, 0), (_BURNT - 1, _BURNT - 1, _BURNT - 1, 255))
         burnt[rows, columns] += within == 0
     share = np.maximum(total[..., 3:], 1) / 255
-    return (total / share + 0.5).clip(0, 255).astype(np.uint8), burnt > _BURNT_SHARE * share[..., 0]
+    return (total / share + 0.5).clip(0, 255).astype(np.uint8), burnt > 0, burnt > _BURNT_SHARE * share[..., 0]
 
 
-def in_light_of(bgra: Image, mean: Image) -> Image:
-    """An image (h, w, 4) brought to the light of a mean, over `_LIGHT_PX`, by a gain for each colour."""
+def in_light_of(bgra: Image, mean: Image, true: Bool) -> Image:
+    """An image (h, w, 4) brought to the light of a mean, over `_LIGHT_PX`, by a gain for each colour, which is told by
+    what is `true` (h, w): a burnt pixel is darker than the light it had."""
     size = (max(1, bgra.shape[1] // _COARSE), max(1, bgra.shape[0] // _COARSE))
-    mask = np.where(bgra[..., 3] == 255, np.uint8(255), np.uint8(0))
+    mask = np.where(true & (bgra[..., 3] == 255), np.uint8(255), np.uint8(0))
     seen = (cv2.bitwise_and(part, part, mask=mask).astype(np.float32) for part in (bgra, mean))
     both = (cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in seen)
     own, common = (cv2.blur(part, (_LIGHT_PX // _COARSE, _LIGHT_PX // _COARSE)) for part in both)

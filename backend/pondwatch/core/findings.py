@@ -7,8 +7,8 @@ of all other cells predict (`residual.py`) by more than chance and bad water do,
 what drifts, glares or flickers is in some looks and not in others. A rod is one where its ring stands off its place by
 more than its sigma (`offsets.py`); a whole pond that is off is not.
 
-Not looked at: a pixel that fewer than three looks show, the inside of a partly filled rod, floor that is nobody's cell,
-and ponds with too few rods to learn from or without a layout.
+Not looked at: a pixel that fewer than three looks show, a cell that is hardly in view, the inside of a partly filled
+rod, floor that is nobody's cell, and ponds with too few rods to learn from or without a layout.
 """
 
 from __future__ import annotations
@@ -22,22 +22,24 @@ import numpy as np
 
 from .cells import cut, pitch_of, sites_of
 from .consensus import Look, Warp, consensus
-from .floormaps import Maps, Region, regions_of, surroundings
+from .floormaps import Maps, Region, regions_of, surroundings, worth_a_look
 from .frames import pond_to_raster, raster_to_pond
 from .mosaic import default_metres_per_pixel
 from .offsets import Offsets, measured, settled
 from .residual import residuals
-from .values import Camera, Pond, RodReading
-from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, shares
+from .values import Bool, Camera, Float, Pond, RodReading
+from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, is_steady, pattern_shares, shares
 
 DISPLACED_SIGMA = 8.0
 LEAST_OFFSET_PX = 0.15
+LEAST_MENDED = 0.2  # of what a ring at its place leaves unexplained, that one off it must explain
 DRAWN_ALONG = 0.03  # of an offset that the neighbours of a rod may still seem to have of it
 OFFSET_ERROR = 0.1  # of an offset: what making it whole leaves in doubt
 MOST_FINDINGS = 200
 _PITCH_PX = 64.0  # the raster need not be finer
 _CLAIM = 0.5  # of the significance of what claims a cell: weaker things in it belong to that
 _MOST_PIXELS = 500
+_MOSTLY = 0.6  # of the cell that most was examined of
 
 
 class Kind(enum.StrEnum):
@@ -92,19 +94,30 @@ def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodRe
     scale = _scale(camera, pond)
     agreed = consensus(looks, camera, pond, scale)
     sites, maps = sites_of(pond, rods), Maps.blank(agreed.count.shape, scale)
-    off, at_rod = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods))
+    peaks: list[Float] = []
+    off, at_rod, mended = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods)), np.zeros(len(pond.rods))
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
         left = residuals(cells, pond.rods[0].inner_radius_m / scale)
+        peaks.append(left.z.max(axis=(1, 2))[_mostly(left.examined)])
         mine = cells.rod >= 0
-        off[cells.rod[mine]], at_rod[cells.rod[mine]] = measured(cells, left, pond, scale)[mine], cells.looks[mine]
+        offset, explains = measured(cells, left, pond, scale)
+        off[cells.rod[mine]], mended[cells.rod[mine]] = offset[mine], explains[mine]
+        at_rod[cells.rod[mine]] = cells.looks[mine]
         maps.put(cells, left)
     offsets = settled(off, at_rod, looks, camera, pond, scale)
-    moved = _displaced(offsets, pond, scale)
+    moved = [f for f in _displaced(offsets, mended, pond, scale) if _borne_out(f, maps, agreed.warps, pond)]
     _let_go_of(maps, moved, pond)
-    things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions_of(maps)], sites.pitch)
+    regions = regions_of(maps, worth_a_look(np.concatenate(peaks)))
+    things = _unclaimed([_thing(region, maps, agreed.warps, pond) for region in regions], sites.pitch)
     found = sorted([*moved, *things], key=lambda f: (-f.significance, f.x_m, f.y_m))[:MOST_FINDINGS]
     return Condition(tuple(found), offsets, float(maps.examined.mean()))
+
+
+def _mostly(examined: Bool) -> Bool:
+    """(K,): cells most of which was examined, for the greatest residual of a corner is less."""
+    size = examined.sum(axis=(1, 2))
+    return np.asarray(size > _MOSTLY * max(1, int(size.max(initial=0))))
 
 
 def _scale(camera: Camera, pond: Pond) -> float:
@@ -112,14 +125,15 @@ def _scale(camera: Camera, pond: Pond) -> float:
     return max(default_metres_per_pixel(camera, pond), pitch_of(pond) / _PITCH_PX)
 
 
-def _displaced(offsets: Offsets, pond: Pond, scale: float) -> list[Finding]:
-    """Rods off their places."""
+def _displaced(offsets: Offsets, mended: Float, pond: Pond, scale: float) -> list[Finding]:
+    """Rods off their places. mended: (R,), as `offsets.measured` tells it."""
     size = np.hypot(*offsets.offset_m.T)
     if not np.isfinite(size).any():
         return []
     least = max(LEAST_OFFSET_PX * scale, DRAWN_ALONG * float(np.nanmax(size)))
     out = []
-    for i in np.flatnonzero(np.nan_to_num(size) > np.maximum(DISPLACED_SIGMA * offsets.sigma_m, least)).tolist():
+    is_off = np.nan_to_num(size) > np.maximum(DISPLACED_SIGMA * offsets.sigma_m, least)
+    for i in np.flatnonzero(is_off & (mended > LEAST_MENDED)).tolist():
         rod, looks = pond.rods[i], int(offsets.looks[i])
         sigma = float(np.hypot(offsets.sigma_m[i], OFFSET_ERROR * size[i]))
         x_m, y_m = offsets.offset_m[i].tolist()
@@ -132,6 +146,19 @@ def _displaced(offsets: Offsets, pond: Pond, scale: float) -> list[Finding]:
             )
         )  # fmt: skip
     return out
+
+
+def _borne_out(finding: Finding, maps: Maps, warps: Sequence[Warp], pond: Pond) -> bool:
+    """Whether single looks show a rod off its place: glare on a ring is in some of them."""
+    at = np.round(pond_to_raster(np.array([finding.x_m, finding.y_m]), pond, maps.metres_per_pixel)).astype(int)
+    reach = round(finding.size_m / 2 / maps.metres_per_pixel)
+    low, high = np.maximum(at - reach, 0), np.maximum(at + reach + 1, 0)
+    rows, columns = np.nonzero(maps.examined[low[1] : high[1], low[0] : high[0]])
+    pixels = (np.stack([columns, rows], axis=1) + low)[:: max(1, len(rows) // _MOST_PIXELS)]
+    if not len(pixels):
+        return False
+    around = surroundings(Region(pixels, finding.significance), maps)
+    return is_steady(pattern_shares(warps, pixels, around, maps), finding.significance)
 
 
 def _let_go_of(maps: Maps, moved: Sequence[Finding], pond: Pond) -> None:

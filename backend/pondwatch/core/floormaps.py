@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from .cells import Cells
 from .residual import Residuals
-from .values import Bool, Float32, Image, Int
+from .values import Bool, Float, Float32, Image, Int
 
-WORTH_A_LOOK = 10.0  # standard deviations, from which single looks are asked
+WORTH_A_LOOK = 10.0  # standard deviations, from which single looks are asked, or more in bad water
 _CLEAN = 7.5  # under which floor is taken to be as it should be
+_CHANCE = 1.0  # cells over the limit that are expected by chance, an inspection: single looks bear out one in twenty
+_LEAST_CELLS = 20
 MOST_REGIONS = 200
 _MARGIN_PX = 3
 _SURROUND_PX = 4
@@ -70,9 +72,25 @@ class Region:
     peak: float
 
 
-def regions_of(maps: Maps) -> list[Region]:
-    """Where the residual is worth a look, each with the pixels of at least half its strength."""
-    over = (maps.z > WORTH_A_LOOK).astype(np.uint8)
+def worth_a_look(peaks: Float) -> float:
+    """From how many standard deviations a residual is worth a look, in a pond the greatest residuals of whose cells
+    (C,) are these.
+
+    Residuals are not normal: glare, ripples and blocks of compression have tails, and more so in bad water. The
+    greatest of many in a cell follows Gumbel's law, whose two parameters the lower half of all cells tells, for
+    things lie in few of them. So high a limit that in a pond without any `_CHANCE` cells are expected over it, whose
+    looks are then asked; and not under `WORTH_A_LOOK`.
+    """
+    if len(peaks) < _LEAST_CELLS:
+        return WORTH_A_LOOK
+    low, middle = np.percentile(peaks, [10, 50]).tolist()
+    scale = (middle - low) / np.log(np.log(0.1) / np.log(0.5))
+    return max(WORTH_A_LOOK, float(middle + scale * (np.log(np.log(2)) + np.log(len(peaks) / _CHANCE))))
+
+
+def regions_of(maps: Maps, least: float = WORTH_A_LOOK) -> list[Region]:
+    """Where the residual is over `least` standard deviations, each with the pixels of at least half its strength."""
+    over = (maps.z > least).astype(np.uint8)
     if not over.any():
         return []
     joined = cv2.dilate(over, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * _MARGIN_PX + 1,) * 2))

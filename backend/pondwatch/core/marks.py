@@ -7,7 +7,8 @@ light and water. The inside of a rod, where a fill may be new, is left out.
 Two steps. The point that all edges of a ring face is near its centre (Parthasarathy, "Rapid, accurate particle tracking
 by calculation of radial symmetry centers", doi:10.1038/nmeth.2071). From there, or from where the layout says,
 whichever explains it better, the ring is fitted by what a ring of this mosaic looks like on average, with a light that
-may slope and a contrast of its own: least squares, reweighted so that what drifts through loses its say.
+may slope and a contrast of its own: least squares, reweighted so that what drifts through loses its say. Every ring
+comes with its own sigma; where the average ring explains less than half of what is seen there is none.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ _ROUNDS = 4
 _SMOOTH_PX = 1.0
 _BIN_PX = 0.5
 _LEAST_SEEN = 0.6  # share of the ring's pixels
-_MOST_SIGMA_PX = 0.3
+_LEAST_EXPLAINED = 0.5  # of what is seen there, light apart: less, and it is no ring
+_MOST_SIGMA_PX = 1.0  # along one axis: beyond it an edge is no longer straight
+_LEAST_SIGMA_PX = 0.02  # along one axis: no ring is measured better
 _MOST_STEP_PX = 1.0
 _NEAR_PX = 0.5  # closer than this the layout's own place is start enough
 _LEAST_NOISE, _LEAST_CONTRAST = 0.3, 0.05  # of brightness; of the average ring's
@@ -72,7 +75,9 @@ def ring_offsets(bgra: Image, pond: Pond, metres_per_pixel: float) -> Float:
         bgra: (h, w, 4), 8 bits, a mosaic of the whole pond; alpha 0 where nothing was seen.
 
     Returns:
-        (R, 2), m, pond frame, in the layout's order; NaN where the ring was not seen, or shows no clear centre.
+        (R, 3), m, pond frame, in the layout's order: the offset, and one standard deviation of it along x and along y;
+        NaN where the ring was not seen, or no ring is to be seen there. How well a ring must be known is for those to
+        say who compare.
     """
     places = np.array([(r.x_m, r.y_m) for r in pond.rods]).reshape(-1, 2)
     centres = pond_to_raster(places, pond, metres_per_pixel)
@@ -82,9 +87,9 @@ def ring_offsets(bgra: Image, pond: Pond, metres_per_pixel: float) -> Float:
     coarse = [_faced(patches) for patches in cut]
     look = _look(cut, coarse)
     if look is None:
-        return np.full((len(centres), 2), np.nan)
+        return np.full((len(centres), 3), np.nan)
     found = np.concatenate([_fitted(p, c, *look) for p, c in zip(cut, coarse, strict=True)])
-    return np.asarray(found * [metres_per_pixel, -metres_per_pixel])
+    return np.asarray(found * [metres_per_pixel, -metres_per_pixel, metres_per_pixel])
 
 
 def _cut(bgra: Image, centres: Float, radii: Float) -> _Patches:
@@ -160,25 +165,38 @@ def _look(cut: list[_Patches], coarse: list[Float]) -> tuple[Float, Float] | Non
     return np.interp(np.arange(len(count)), known, mean @ mix), mix
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fits:
+    """Centres (K, 2), px from where the layout puts them, one sigma of them along an axis (K,), and the share of what
+    is seen there, light apart, that a ring explains (K,)."""
+
+    centre: Float
+    sigma: Float
+    explained: Float
+
+
 def _fitted(patches: _Patches, coarse: Float, profile: Float, mix: Float) -> Float:
-    """(K, 2), px: the rings' centres from where the layout puts them; NaN where there is none."""
+    """(K, 3), px: the rings' centres from where the layout puts them, and their sigma; NaN where there is none."""
     image = np.asarray(patches.image @ mix.astype(np.float32))
-    centre, sigma = _fit(patches, image, np.zeros_like(coarse), profile)
+    fits = _fit(patches, image, np.zeros_like(coarse), profile)
     far = np.flatnonzero(np.hypot(*coarse.T) > _NEAR_PX)
     if len(far):
-        other, doubt = _fit(patches.of(far), image[far], coarse[far], profile)
-        better = far[doubt < sigma[far]]
-        centre[better], sigma[better] = other[doubt < sigma[far]], doubt[doubt < sigma[far]]
-    _, _, r, ring = patches.ring(centre)
+        other = _fit(patches.of(far), image[far], coarse[far], profile)
+        better = other.explained > fits.explained[far]
+        for mine, theirs in ((fits.centre, other.centre), (fits.sigma, other.sigma), (fits.explained, other.explained)):
+            mine[far[better]] = theirs[better]
+    _, _, r, ring = patches.ring(fits.centre)
     whole = ((r > patches.near[:, None, None]) & (r < patches.far[:, None, None])).sum(axis=(1, 2))
-    good = (sigma < _MOST_SIGMA_PX) & (ring.sum(axis=(1, 2)) >= _LEAST_SEEN * whole)
-    return np.where(good[:, None], centre, np.nan)
+    good = (fits.sigma < _MOST_SIGMA_PX) & (fits.explained > _LEAST_EXPLAINED)
+    good &= ring.sum(axis=(1, 2)) >= _LEAST_SEEN * whole
+    found = np.column_stack([fits.centre, np.maximum(fits.sigma, _LEAST_SIGMA_PX)])
+    return np.where(good[:, None], found, np.nan)
 
 
-def _fit(patches: _Patches, image: Float32, start: Float, profile: Float) -> tuple[Float, Float]:
-    """Centres (K, 2), px, and one sigma of them (K,), by Gauss-Newton on the average ring."""
+def _fit(patches: _Patches, image: Float32, start: Float, profile: Float) -> _Fits:
+    """Gauss-Newton on the average ring."""
     at, slope = (np.arange(len(profile)) + 0.5) * _BIN_PX, np.gradient(profile, _BIN_PX)
-    centre, sigma = start.copy(), np.full(len(start), np.inf)
+    centre, sigma, explained = start.copy(), np.full(len(start), np.inf), np.zeros(len(start))
     flat = image.reshape(len(image), -1, 1)
     say = np.ones_like(flat)
     for _ in range(_ROUNDS):
@@ -190,14 +208,17 @@ def _fit(patches: _Patches, image: Float32, start: Float, profile: Float) -> tup
         normal = np.asarray(weighted @ basis, np.float64) + 1e-6 * np.eye(6)
         answer = np.linalg.solve(normal, np.asarray(weighted @ flat, np.float64))
         off = flat - basis @ answer.astype(np.float32)
-        spread = np.sqrt((heard * off * off).sum(axis=(1, 2)) / np.maximum(heard.sum(axis=(1, 2)), 1))
-        spread = np.maximum(spread, _LEAST_NOISE)
+        left = (heard * off * off).sum(axis=(1, 2), dtype=np.float64)
+        spread = np.maximum(np.sqrt(left / np.maximum(heard.sum(axis=(1, 2)), 1)), _LEAST_NOISE)
         contrast = np.where(answer[:, 0, 0] > _LEAST_CONTRAST, answer[:, 0, 0], np.inf)
-        variance = np.diagonal(np.linalg.inv(normal), axis1=1, axis2=2)[:, 1:3].sum(axis=1) * spread**2
+        own = np.diagonal(np.linalg.inv(normal), axis1=1, axis2=2)[:, :3]
+        variance = own[:, 1:].mean(axis=1) * spread**2
         sigma = np.where(np.isfinite(contrast), _CORRELATED * np.sqrt(np.maximum(variance, 0)) / contrast, np.inf)
+        gained = np.maximum(answer[:, 0, 0], 0) ** 2 / own[:, 0]
+        explained = gained / np.maximum(gained + left, 1e-9)
         centre = centre + np.clip(answer[:, 1:3, 0] / contrast[:, None], -_MOST_STEP_PX, _MOST_STEP_PX)
         say = 1 / (1 + np.square(off / (3 * spread[:, None, None]).astype(np.float32)))
-    return centre, sigma
+    return _Fits(centre, sigma, explained)
 
 
 def _basis(x: Float32, y: Float32, r: Float32, level: Float, slope: Float) -> Float32:

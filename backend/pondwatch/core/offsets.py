@@ -35,6 +35,7 @@ _ROUNDS = 15
 _MISFIT, _MISFIT_SHARE = 4.0, 0.1  # standard deviations, of so much of a ring: then it is looked for in whole pixels
 _GRID_PX = 1 / 32  # warps are no finer: a step is taken from where the model really is
 _CLOSE_PX = 0.05  # the error that such a step leaves is of its second order
+_LEAST_EXPLAINED = 0.5  # of what is seen at its place: less, and it is no ring
 _SURE_SIGMA = 6.0  # from which a rod is taken to stand off when its neighbours are judged
 _MOST_OFF = 100  # rods that may stand off at once
 _ECHO = 0.1  # of the greatest offset: below it what a rod seems to be off may be another's doing
@@ -52,15 +53,20 @@ class Offsets:
     looks: Float
 
 
-def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float) -> Float:
-    """(K, 2), m, pond frame: how far the ring of each cell lies from its place; NaN where it cannot be told."""
-    out = np.full((len(cells.rod), 2), np.nan)
+def measured(cells: Cells, found: Residuals, pond: Pond, metres_per_pixel: float) -> tuple[Float, Float]:
+    """How far the ring of each cell lies from its place, and what that explains.
+
+    Returns:
+        (K, 2), m, pond frame, NaN where it cannot be told; and (K,), the share of what a ring at its place leaves
+        unexplained that one there explains: a stain or glare on a ring moves the fit, and is not explained by it.
+    """
+    out, mended = np.full((len(cells.rod), 2), np.nan), np.zeros(len(cells.rod))
     for k, rod in enumerate(cells.rod.tolist()):
         if rod >= 0:
             inner, outer = (getattr(pond.rods[rod], n) for n in ("inner_radius_m", "outer_radius_m"))
             ring = _ring(cells.reach, inner / metres_per_pixel, outer / metres_per_pixel)
-            out[k] = _moved(cells.value[k], found.expected[k], found.examined[k], found.z[k], ring)
-    return np.asarray(out * (metres_per_pixel, -metres_per_pixel))
+            out[k], mended[k] = _moved(cells.value[k], found.expected[k], found.examined[k], found.z[k], ring)
+    return np.asarray(out * (metres_per_pixel, -metres_per_pixel)), mended
 
 
 @lru_cache(maxsize=8)
@@ -87,16 +93,28 @@ def settled(
     return Offsets(_made_whole(moved, sigma, looks, camera, pond), sigma, at_rod)
 
 
-def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: Bool) -> Float:
-    """(2,), px right and down: how far a ring lies from the middle of its patch; NaN where it cannot be told."""
-    usable = examined & ring
+def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: Bool) -> tuple[Float, float]:
+    """(2,), px right and down: how far a ring lies from the middle of its patch, NaN where it cannot be told; and what
+    share of the rest that explains."""
+    usable, nowhere = examined & ring, (np.full(2, np.nan), 0.0)
     if usable.sum() < _LEAST_SEEN * ring.sum():
-        return np.full(2, np.nan)
+        return nowhere
+    starts = [np.zeros(2)]
+    if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
+        starts.append(_whole_pixels(value, expected, examined, ring))
+    ends = [_settled_from(start, value, expected, examined, ring) for start in starts]
+    explained = [_explained(value, expected, examined, ring, at) for at in ends]
+    best = int(np.argmax(explained))
+    if not explained[best] > _LEAST_EXPLAINED:
+        return nowhere
+    still = 1 - _explained(value, expected, examined, ring, np.zeros(2))
+    return ends[best], 1 - (1 - explained[best]) / max(still, 1e-6)
+
+
+def _settled_from(at: Float, value: Float32, expected: Float32, examined: Bool, ring: Bool) -> Float:
+    """(2,), px: where the steps from a start end."""
     reach = len(ring) // 2
     half = int(np.abs(np.argwhere(ring.any(axis=0)) - reach).max()) + _CLEAR_PX
-    at = np.zeros(2)
-    if (z[usable] > _MISFIT).mean() > _MISFIT_SHARE:
-        at = _whole_pixels(value, expected, examined, ring)
     for _ in range(_ROUNDS):
         from_there = np.round(at / _GRID_PX) * _GRID_PX
         near = _around(reach, half + int(np.abs(at).max()))
@@ -104,7 +122,22 @@ def _moved(value: Float32, expected: Float32, examined: Bool, z: Float32, ring: 
         at = from_there + step
         if np.abs(step).max() < _CLOSE_PX:
             break
-    return at if np.hypot(*at) < reach else np.full(2, np.nan)
+    return np.asarray(at)
+
+
+def _explained(value: Float32, expected: Float32, seen: Bool, ring: Bool, at: Float) -> float:
+    """The share, 0 to 1, of what is seen at a ring's place that the ring there explains, light apart."""
+    if not np.hypot(*at) < len(ring) // 2:
+        return 0.0
+    there = np.array([[1, 0, at[0]], [0, 1, at[1]]], np.float64)
+    size = (value.shape[1], value.shape[0])
+    rows = np.flatnonzero(((cv2.warpAffine(ring.astype(np.float32), there, size) > 0.99) & seen).ravel())
+    if len(rows) < max(40, _LEAST_SEEN * int(ring.sum())):
+        return 0.0
+    model = cv2.warpAffine(expected, there, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    m, v = (_levelled(part, rows).astype(np.float64) for part in (model, value))
+    alike = np.maximum((m * v).sum(axis=1), 0) ** 2 / np.maximum((m * m).sum(axis=1), 1e-3)
+    return float(alike.sum() / max(float((v * v).sum()), 1e-3))
 
 
 def _around(reach: int, half: int) -> tuple[slice, slice]:

@@ -8,6 +8,7 @@ of a ring they are larger than on a plain, in bad water larger than in clear.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import cv2
@@ -19,6 +20,8 @@ from .values import Bool, Float32, Int
 WIDTHS_PX = (0.0, 1.5, 3.5, 8.0)  # sigma over which residuals are summed: things are of any size
 _LEAST_TO_LEARN = 6  # cells of a kind
 _MOST_TO_LEARN = 60
+_LEAST_OF_CELL = 0.65  # of what is seen of the one that most is seen of, to learn from it
+_LEAST_TO_FIT = 0.3  # of a whole cell
 _LEAST_SIGMA = 0.8  # grey levels
 _ROUNDS = 2
 _STIFF = np.array([20.0, 20.0, 20.0, 1e-3], np.float32)  # holds a light that a cell says nothing of
@@ -54,6 +57,7 @@ def residuals(cells: Cells, inner_px: float) -> Residuals:
     grey = np.zeros_like(cells.value)
     around = np.flatnonzero((cells.kind != VACANT) & _well_seen(cells, outside))
     light = _light(steps)
+    whole = cells.seen.any(axis=0)
     look, known = _learn(cells, around, outside, light)
     if look is None:
         return Residuals(np.zeros(examined.shape, np.float32), grey, examined, expected)
@@ -74,6 +78,9 @@ def residuals(cells: Cells, inner_px: float) -> Residuals:
         if kind in looks:
             examined[k] = cells.seen[k] & areas[kind]
             fit_area = examined[k] & (outside | (kind == VACANT)) & ~cells.burnt[k]
+            if fit_area.sum() < _LEAST_TO_FIT * (areas[kind] & (outside | (kind == VACANT)) & whole).sum():
+                examined[k] = False  # the light of a cell is not told by a corner of it
+                continue
             expected[k] = _relit(cells.value[k], looks[kind], fit_area, light)
             if kind in (EMPTY, FULL):
                 _level(cells.value[k], expected[k], examined[k] & inside, inside)
@@ -99,9 +106,9 @@ def _less_burnt(area: Bool, burnt: Bool, expected: Float32) -> Bool:
 
 
 def _well_seen(cells: Cells, area: Bool) -> Bool:
-    whole = max(1, int(area.sum()))
+    """(K,): of which cells enough was seen of an area to be learned from, next to the one that most was seen of."""
     own = (cells.seen & area).reshape(len(cells.seen), -1).sum(axis=1)
-    return np.asarray(own > 0.4 * whole)
+    return np.asarray(own > _LEAST_OF_CELL * max(1, int(own.max(initial=0))))
 
 
 def _light(steps: Float32) -> Float32:
@@ -183,7 +190,7 @@ def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
     most = np.zeros(examined.shape, np.float32)
     fewer = np.sqrt(np.maximum(1.0, np.median(cells.looks) / np.maximum(cells.looks, 1)))[:, None, None, None]
     for width in WIDTHS_PX:
-        smooth = _smoothed(grey, examined, width)
+        smooth, share = _smoothed(grey, examined, width)
         for kinds in ((EMPTY, FULL, OTHER), (VACANT,)):
             mine = np.flatnonzero(np.isin(cells.kind, kinds) & examined.any(axis=(1, 2)))
             if len(mine) < _LEAST_TO_LEARN:
@@ -191,7 +198,7 @@ def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
                 continue
             some = _spread_evenly(mine)
             sigma = _spread(smooth[some], examined[some], width)
-            z = smooth[mine] / (sigma * fewer[mine].astype(np.float32))
+            z = smooth[mine] / (sigma * fewer[mine].astype(np.float32)) * _steadiness(share[mine], examined[mine])
             most[mine] = np.maximum(most[mine], _together(z, examined[mine]))
     return np.where(examined, np.sqrt(most), np.float32(0))
 
@@ -207,15 +214,25 @@ def _together(z: Float32, examined: Bool) -> Float32:
     return np.asarray(cv2.transform(alone * alone, np.ones((1, 3), np.float32)), np.float32).reshape(z.shape[:3])
 
 
-def _smoothed(grey: Float32, examined: Bool, width: float) -> Float32:
+def _smoothed(grey: Float32, examined: Bool, width: float) -> tuple[Float32, Float32]:
+    """(K, P, P, 3), residuals summed over a width; and (K, P, P), of what share of that they could be."""
     if not width:
-        return grey
-    out = np.empty_like(grey)
+        return grey, examined.astype(np.float32)
+    out, shares = np.empty_like(grey), np.empty(examined.shape, np.float32)
     for k in range(len(grey)):
-        share = cv2.GaussianBlur(examined[k].astype(np.float32), (0, 0), width, borderType=cv2.BORDER_CONSTANT)
+        shares[k] = cv2.GaussianBlur(examined[k].astype(np.float32), (0, 0), width, borderType=cv2.BORDER_CONSTANT)
         total = cv2.GaussianBlur(grey[k], (0, 0), width, borderType=cv2.BORDER_CONSTANT)
-        out[k] = total / np.maximum(share, np.float32(0.25))[..., None]
-    return out
+        out[k] = total / np.maximum(shares[k], np.float32(0.25))[..., None]
+    return out, shares
+
+
+def _steadiness(share: Float32, examined: Bool) -> Float32:
+    """(K, P, P, 1): by how much a residual summed over less of a width than in other cells deviates more for that."""
+    usual = np.where(examined, share, np.float32(np.nan))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # places that no cell shows
+        middle = np.nanmedian(usual, axis=0)
+    return np.asarray(np.sqrt(np.clip(share / np.maximum(middle, np.float32(1e-3)), 0.05, 1)))[..., None]
 
 
 def _spread(smooth: Float32, examined: Bool, width: float) -> Float32:

@@ -23,6 +23,7 @@ _HALF = 0.5  # of what the consensus shows: from which a look shows a thing
 _MOST = 1.5  # times as much in the mean: then it is the light round it that looks differ in
 _EACH = 4  # looks, of which each must show a thing that is less significant
 _STEADY = 8.0  # standard errors of the mean of these looks that it must be off nothing
+_SURE = 3.0  # standard errors that the mean of what looks show of a rod must be off nothing
 _LEAST_SPREAD = 0.1  # of looks that seem to show exactly as much
 _SEEN = 0.7  # of a thing's pixels that a look must show to have a say
 _LEAST_AROUND = 8  # pixels that a look's light is judged by
@@ -49,6 +50,17 @@ def is_borne_out(shown: Sequence[float], peak: float) -> bool:
     return steady and count >= _EACH and agreeing(shown) == count
 
 
+def is_steady(shown: Sequence[float], peak: float) -> bool:
+    """Whether looks show a rod off its place, by how much of it each shows, and its significance: together surely so,
+    for in bad water one look alone says little of half a pixel. Where too few show it whole its significance decides.
+    """
+    count = len(shown)
+    if count < LEAST_LOOKS:
+        return peak > SIGNIFICANT
+    spread = max(float(np.std(shown, ddof=1)), _LEAST_SPREAD)
+    return _SURE * spread / float(np.sqrt(count)) < float(np.mean(shown)) < _MOST
+
+
 def shares(warps: Sequence[Warp], pixels: Int, around: Int, maps: Maps) -> list[float]:
     """How much of what the consensus shows at some pixels each look shows that has them in view: 1 all, 0 nothing.
 
@@ -61,6 +73,13 @@ def shares(warps: Sequence[Warp], pixels: Int, around: Int, maps: Maps) -> list[
     return [share for warp in near if (share := _share(warp, pixels, around, maps)) is not None]
 
 
+def pattern_shares(warps: Sequence[Warp], pixels: Int, around: Int, maps: Maps) -> list[float]:
+    """As `shares`, of what is lighter here and darker there: pixel by pixel, as a rod's edges are that stand off."""
+    low, high = pixels.min(axis=0), pixels.max(axis=0)
+    near = (warp for warp in warps if _meets(warp, low, high))
+    return [share for warp in near if (share := _share(warp, pixels, around, maps, as_one=False)) is not None]
+
+
 def _meets(warp: Warp, low: Int, high: Int) -> bool:
     """Whether a look's rectangle has anything of a box."""
     rect = warp.rect
@@ -69,15 +88,17 @@ def _meets(warp: Warp, low: Int, high: Int) -> bool:
     )
 
 
-def _share(warp: Warp, pixels: Int, around: Int, maps: Maps) -> float | None:
-    """Of one look; None where the thing is out of its view."""
+def _share(warp: Warp, pixels: Int, around: Int, maps: Maps, as_one: bool = True) -> float | None:
+    """Of one look; None where the thing is out of its view. as_one: all pixels together, by their mean."""
     values, inside = _sampled(warp, pixels)
     if inside.mean() < _SEEN:
         return None
     x, y = pixels[inside].T
-    wanted = maps.grey[y, x].mean(axis=0)
-    left = (values[inside] / np.maximum(_gain(warp, around, maps), 0.1) - maps.expected[y, x]).mean(axis=0)
-    return float(left @ wanted / max(float(wanted @ wanted), 1e-6))
+    wanted = maps.grey[y, x].astype(np.float64)
+    left = values[inside] / np.maximum(_gain(warp, around, maps), 0.1) - maps.expected[y, x]
+    if as_one:
+        wanted, left = wanted.mean(axis=0), left.mean(axis=0)
+    return float((left * wanted).sum() / max(float((wanted * wanted).sum()), 1e-6))
 
 
 def _gain(warp: Warp, around: Int, maps: Maps) -> Float:

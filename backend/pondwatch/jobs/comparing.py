@@ -33,11 +33,11 @@ SORTS = ("layout", "rod_id", "change", "confidence", "residual")
 _WORDS = {
     None: "The two can be compared.",
     "no_layout": "One of the two has no layout, so there are no rods to compare.",
-    "other_layout": "The two have no rod in common: they are of other ponds, or their layouts differ.",
+    "other_layout": "The two have no rod in common, or too few: they are of other ponds, or their layouts differ.",
     "nothing_seen": "No rod was seen in both.",
     "residual": "The two mosaics do not lie on each other; no difference is claimed.",
-    "unmeasured": "Whether the two mosaics lie on each other is known at too few rods: their rings are not found where "
-    "the layout has them. No difference is claimed.",
+    "unmeasured": "Whether the two mosaics lie on each other is known to a pixel at too few rods: their rings are not "
+    "found where the layout has them, or show too faintly. No difference is claimed.",
     "shifted": "The states agree far better one lattice step away: one of the two lies wrong by a step. No difference "
     "is claimed.",
 }
@@ -110,21 +110,22 @@ def _rods(connection: Connection, session_id: str, measured: Float | None) -> Ma
     """Rods by id, in the layout's order."""
     rows = trends.side(connection, session_id)
     rods = {}
-    for row, offset in zip(rows, _offsets(measured, len(rows)), strict=True):
+    for row, (offset, sigma_m) in zip(rows, _offsets(measured, len(rows)), strict=True):
         rod_id, x_m, y_m, inner_m, state, fill, confidence, views, conflicting = row
         reading = (
             RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
             if state is None
             else RodReading(rod_id, _STATES[state], fill, confidence, views, conflicting)
         )
-        rods[rod_id] = Seen(reading, (x_m, y_m), inner_m, offset)
+        rods[rod_id] = Seen(reading, (x_m, y_m), inner_m, offset, sigma_m)
     return rods
 
 
-def _offsets(measured: Float | None, count: int) -> list[tuple[float, float] | None]:
+def _offsets(measured: Float | None, count: int) -> list[tuple[tuple[float, float] | None, float]]:
+    """Of every rod its offset, None where there is none, and the sigma of that, m."""
     if measured is None or len(measured) != count:
-        return [None] * count
-    return [None if x != x else (x, y) for x, y in measured.tolist()]
+        return [(None, 0.0)] * count
+    return [(None, 0.0) if x != x else ((x, y), sigma) for x, y, sigma in measured.tolist()]
 
 
 def _measured(store: Store, side: Side) -> Side:
@@ -166,6 +167,8 @@ def json_of(found: Found, sort: str = "layout", descending: bool = False) -> Jso
             "p95_mm": _mm(registration.p95_m),
             "max_mm": _mm(registration.max_m),
             "shift_mm": None if registration.shift_m is None else [_mm(v) for v in registration.shift_m],
+            "sigma_px": _px(found, registration.sigma_m),
+            "sigma_mm": _mm(registration.sigma_m),
             "limit_px": _px(found, registration.limit_m),
             "limit_mm": _mm(registration.limit_m),
         },

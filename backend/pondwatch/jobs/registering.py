@@ -21,7 +21,8 @@ from .views import metres_per_pixel, raster_size
 
 
 def offsets(store: Store, session_id: str) -> Float:
-    """(R, 2), m, pond frame: how far every rod's picture in the mosaic lies from its place; NaN where not measured.
+    """(R, 3), m, pond frame: how far every rod's picture in the mosaic lies from its place, and one standard deviation
+    of that along an axis; NaN where not measured.
 
     Raises:
         Missing: there is no such session.

@@ -33,7 +33,7 @@ registrations = Table(
     metadata,
     Column("session_id", ForeignKey("sessions.id", ondelete="CASCADE"), primary_key=True),
     Column("revision", BigInteger, nullable=False),
-    Column("offsets", LargeBinary, nullable=False),  # (R, 2) float32, little-endian, m; NaN: none
+    Column("offsets", LargeBinary, nullable=False),  # (R, 3) float32, little-endian, m: x, y, sigma; NaN: none
 )
 
 conditions = Table(

@@ -11,11 +11,12 @@ from .pondtables import registrations
 
 
 def read(connection: Connection, session_id: str, revision: int) -> Float | None:
-    """(R, 2), m, pond frame, in the layout's order; None where nothing was measured of this revision."""
+    """(R, 3), m, pond frame, in the layout's order: offset and its sigma; None where nothing was measured of this
+    revision."""
     c = registrations.c
     query = select(c.offsets).where(c.session_id == session_id, c.revision == revision)
     found = connection.execute(query).scalar_one_or_none()
-    return None if found is None else np.frombuffer(found, "<f4").astype(np.float64).reshape(-1, 2)
+    return None if found is None else np.frombuffer(found, "<f4").astype(np.float64).reshape(-1, 3)
 
 
 def write(connection: Connection, session_id: str, revision: int, offsets_m: Float) -> None:
