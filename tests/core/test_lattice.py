@@ -30,7 +30,7 @@ CASES = {
     "murky": replace(SMALL, water="murky", path="smooth"),
     "drifting": replace(SMALL, noise="drift", path="smooth", robots=2, noise_pitch=0.4),
 }
-LEAST_PLACED = {"wide": 0.8, "gross": 0.8, "heading unknown": 0.85}
+LEAST_PLACED = {"plain": 0.88, "wide": 0.8, "gross": 0.8, "heading unknown": 0.85}
 
 
 @cache

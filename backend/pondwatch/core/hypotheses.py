@@ -24,7 +24,7 @@ ABSENT_NATS = 4.0  # against a place, for a whole rod that is missing or unexpla
 SECOND_ROD = 0.4  # precision of the rods found beside the best, from which they fix the heading
 ILL_NATS = 1.0  # of the best place, from which it is asked whether the rods found show a heading at all
 WIDE_RAD = 0.6  # reach of the heading, from which the noisy one says little
-STIFF = 0.08  # pitches: what a heading is held by, against rods that lie badly
+STIFF = 0.08  # pitches: what a heading is held by where one good rod leaves it open
 KEEP_NATS = 9.0  # places worse than the best by more than this are dropped
 
 
@@ -73,9 +73,9 @@ def propose(found: RodsFound, prior: Float, reach: Reach, layout: Layout, camera
     """
     q = _metric(found.centres_px, camera)
     places = _fitting(q, found, _headings(q, found, prior, reach.theta_rad, layout), prior, reach, layout, camera)
-    weight = precision(found)
-    one_rod = weight.sum() - weight.max(initial=0) < SECOND_ROD and reach.theta_rad < WIDE_RAD
-    if one_rod and places.geometry.max(initial=-np.inf) < -ILL_NATS:  # what else was found shows no heading
+    if (
+        one_rod(found) and reach.theta_rad < WIDE_RAD and places.geometry.max(initial=-np.inf) < -ILL_NATS
+    ):  # what else was found shows no heading
         by_prior = _fitting(q, found, prior[2:3], prior, reach, layout, camera)
         if by_prior.geometry.max(initial=-np.inf) > places.geometry.max(initial=-np.inf):
             places = by_prior
@@ -167,7 +167,8 @@ def _fit(poses: Float, q: Float, found: RodsFound, layout: Layout) -> Float:
     cross = (w * (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])).sum(axis=1)
     dot = (w * (a * b).sum(axis=-1)).sum(axis=1)
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    theta = poses[:, 2] + np.arctan2(c * cross - s * dot, c * dot + s * cross + (STIFF * layout.pitch) ** 2)
+    stiff = (STIFF * layout.pitch) ** 2 if one_rod(found) else 0.0
+    theta = poses[:, 2] + np.arctan2(c * cross - s * dot, c * dot + s * cross + stiff)
     c, s = np.cos(theta), np.sin(theta)
     xy = mean_t - np.stack([c * mean_q[:, 0] - s * mean_q[:, 1], s * mean_q[:, 0] + c * mean_q[:, 1]], axis=1)
     matched = (w.sum(axis=1) > 0)[:, None]
@@ -179,6 +180,12 @@ def precision(found: RodsFound) -> Float:
     counts, and so does the response: a smeared maximum is a low one."""
     sharp = np.clip((found.response / max(found.typical, 1e-6) - 0.5) / 0.4, 0.03, 1)
     return np.asarray(np.clip((found.support - 0.3) / 0.5, 0.001, 1.0) ** 2 * sharp**2)
+
+
+def one_rod(found: RodsFound) -> bool:
+    """Whether one rod at most was found precisely: the others do not fix the heading."""
+    weight = precision(found)
+    return bool(weight.sum() - weight.max(initial=0) <= SECOND_ROD)
 
 
 def _distinct(poses: Float, pitch: float) -> Float:

@@ -24,6 +24,7 @@ from .values import Float, Float32, Image
 
 MIN_SUPPORT = 0.22  # of the ring band inside the image
 PEAK_SHARE = 0.4  # of the best responses in the snapshot
+ALIKE = 0.4  # of the best response: less is not that of another rod, but of what lies between rods
 PEAK_FLOOR = 0.12  # correlation under which nothing is called a rod
 WEAK = 0.45  # typical response under which a learned finder is asked too; in clear water nearly all are above
 SMOOTHING_PX = 1.0
@@ -139,13 +140,19 @@ def _maxima(field: Float32, band: RingBand) -> RodsFound:
     v, u = np.nonzero(top & (field > PEAK_FLOOR))
     order = np.argsort(-field[v, u], kind="stable")
     u, v = u[order], v[order]
-    typical = float(np.median(field[v, u][:4])) if len(u) else 0.0
+    typical = _typical(field[v, u])
     strong = field[v, u] > PEAK_SHARE * typical
     u, v = u[strong], v[strong]
     centres = np.stack([u + _vertex(field, u, v, 0, 1), v + _vertex(field, u, v, 1, 0)], axis=1) - band.pad
     return RodsFound(
         centres, field[v, u].astype(np.float64), band.support[v, u].astype(np.float64), field, band.pad, typical
     )
+
+
+def _typical(response: Float32) -> float:
+    """Of the best responses, falling: the median of four, those left out that next to the best show no rod."""
+    best = response[:4]
+    return float(np.median(best[best > ALIKE * best[0]])) if len(best) else 0.0
 
 
 def _vertex(field: Float32, u: np.ndarray, v: np.ndarray, dv: int, du: int) -> Float:

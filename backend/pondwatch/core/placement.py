@@ -13,7 +13,7 @@ from .decision import Vocabulary
 from .evidence import Evidence, Setting
 from .fill import wholly_in_view
 from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
-from .hypotheses import SECOND_ROD, describe, precision
+from .hypotheses import describe, one_rod, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
 from .refine import FLOOR_PX, Fit, fit
@@ -190,7 +190,7 @@ def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: N
     """Poses to refine from. One, where two rods or more were found precisely; where one, turned about it as far as the
     noisy heading may be off."""
     weight = precision(found)
-    if len(weight) == 0 or weight.sum() - weight.max() > SECOND_ROD:
+    if not len(weight) or not one_rod(found):
         return [pose]
     pivot = image_to_pond(found.centres_px[int(np.argmax(weight))], pose, camera)
     reach = min(3 * noise.sigma_theta_rad, np.pi / 6)
