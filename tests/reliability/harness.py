@@ -245,10 +245,10 @@ def first_loss(data: Path, inspected: Inspected, kills: int, seed: int) -> list[
         return trial.lost
 
 
-def children(pid: int) -> list[int]:
-    """Processes whose parent this is."""
-    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return [int(child) for child in listed]
+def descendants(pid: int) -> list[int]:
+    """Processes whose parent this is, and theirs. All of a parent's threads count: any may have started one."""
+    listed = [child for of in Path(f"/proc/{pid}/task").glob("*/children") for child in of.read_text().split()]
+    return [found for child in map(int, listed) for found in (child, *descendants(child))]
 
 
 def is_alive(pid: int) -> bool:

@@ -16,7 +16,7 @@ import time
 import traceback
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -26,7 +26,7 @@ from pondwatch.core.corrector import Deliberates, hold
 
 from .held import Held, as_stored
 from .raster import encode_tiles
-from .tasks import Base, EncodedTile, Outcome, Place, SnapshotRef
+from .tasks import Base, EncodedTile, Failed, Outcome, Place, SnapshotRef
 from .thought import Begin, ForkThought, ThreadThought
 
 SESSIONS_HELD = 8
@@ -119,13 +119,6 @@ class Desk:
 
 
 _desk = Desk(ForkThought)  # this process's own
-
-
-@dataclass(frozen=True, slots=True)
-class Failed:
-    """An error as it travels to the server: what raised it may not be fit to."""
-
-    message: str
 
 
 def answered(desk: Desk, method: str, *args: Any) -> Any:
