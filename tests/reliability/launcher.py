@@ -37,6 +37,9 @@ def acknowledge_early() -> None:
 
 def main() -> None:
     """Serve until killed."""
+    from pondwatch.jobs.nursery import prepare
+
+    prepare()
     from pondwatch.app import serve
     from pondwatch.config import Settings
 

@@ -8,7 +8,6 @@ replaced within hundredths of a second.
 from __future__ import annotations
 
 import contextlib
-import multiprocessing
 import os
 import signal
 import threading
@@ -17,6 +16,7 @@ from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any, Protocol
 
+from .nursery import context
 from .tasks import Failed
 
 
@@ -48,9 +48,7 @@ class ProcessLane:
         self._open()
 
     def _open(self) -> None:
-        context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload(["pondwatch.jobs.worker"])
-        self._pool = ProcessPoolExecutor(1, mp_context=context)
+        self._pool = ProcessPoolExecutor(1, mp_context=context())
         self._started: Future[int] = self._pool.submit(_start)
 
     def call(self, method: str, *args: Any) -> Any:
