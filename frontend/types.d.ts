@@ -1,6 +1,7 @@
 /** Values that travel between the server and the page, named as in the server's formats. Units are in the names. */
 declare interface Raster { metres_per_pixel: number; width_px: number; height_px: number; }
-declare interface RodLayout { id: string; x_m: number; y_m: number; outer_radius_m: number; inner_radius_m: number; }
+declare interface RodPlace { x_m: number; y_m: number; outer_radius_m: number; }
+declare interface RodLayout extends RodPlace { id: string; inner_radius_m: number; }
 declare interface Camera { width_px: number; height_px: number; metres_per_pixel: number; }
 declare interface Pond { width_m: number; height_m: number; rods?: RodLayout[]; id?: string | null; layout_version?: number | null; }
 declare interface Counts { snapshots: number; placed: number; uncertain: number; rejected: number; [name: string]: number; }
@@ -35,7 +36,7 @@ declare interface Evidence {
   robot: string; boot: number; sequence: number; captured_at: string; raw: PlanePose; corrected: PlanePose | null;
   status: string; fill?: number | null;
 }
-declare interface RodFacts extends RodRow { method?: string; model_digest?: string | null; snapshots: Evidence[]; }
+declare interface RodFacts extends RodRow { method?: string; model_digest?: string | null; snapshots: Evidence[]; place?: RodPlace; camera?: Camera; }
 declare interface PatchHeader {
   type: 'patch'; layer: string; x: number; y: number; width: number; height: number; revision: number; mime: string;
 }

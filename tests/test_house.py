@@ -178,3 +178,12 @@ def _shows_a_page_and_opens_a_session(python: Path, folder: Path) -> None:
         session = httpx.post(f"{url}/api/sessions", json=SESSION).status_code
     assert (pages, session) == ([200, 200, 200], 201)
     assert list((folder / "empty").iterdir()) == []
+
+
+def test_a_server_that_starts_loads_nothing_that_it_may_never_need() -> None:
+    """Reports, recordings, migrations and correction methods, which together take as long to load as all the rest."""
+    late = ["reportlab", "mcap", "alembic", "sqlalchemy.dialects.postgresql", "rasterio", "onnxruntime", "typer"]
+    late += ["pondwatch.core.corrector", "pondwatch.simulator", "pondwatch.jobs.worker"]
+    script = f"import sys, pondwatch.app; print([name for name in {late} if name in sys.modules])"
+
+    assert subprocess.check_output([sys.executable, "-c", script], text=True) == "[]\n"

@@ -79,6 +79,9 @@ def correct(
 @app.command()
 def serve(data: Data = None, host: Host = None, port: Port = None) -> None:
     """Run the server until it is told to stop."""
+    from pondwatch.jobs.nursery import prepare
+
+    prepare()  # beside what the next line loads
     from pondwatch.app import serve as run
 
     run(_settings(data, host, port))
@@ -93,6 +96,9 @@ def demo(
     rate: Rate = 20.0,
 ) -> None:
     """Run the server, and a simulated inspection that uploads to it from a process of its own."""
+    from pondwatch.jobs.nursery import prepare
+
+    prepare()
     from pondwatch.app import create_app
     from pondwatch.app import serve as run
     from pondwatch.robots import DemoRobots

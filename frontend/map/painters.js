@@ -73,8 +73,8 @@ function radiusOf({ inner_radius_m: innerM, outer_radius_m: outerM }, { scale, d
   return Math.max(innerM * scale * 0.85, Math.min(outerM * scale * 0.9, LEGIBLE_PX * dpr));
 }
 
-/** A ring round the rod that is chosen. @param {CanvasRenderingContext2D} context @param {Frame} frame
- * @param {RodLayout} rod @param {Colours} colours */
+/** A ring round the rod, or whatever else is a circle, that is chosen. @param {CanvasRenderingContext2D} context @param {Frame} frame
+ * @param {RodPlace} rod @param {Colours} colours */
 export function paintChosen(context, frame, rod, colours) {
   const radius = Math.max(rod.outer_radius_m * frame.scale, 8 * frame.dpr) + 2 * frame.dpr;
   for (const [width, colour] of /** @type {const} */ ([[5, colours.paper], [2.5, colours.choice]])) {
@@ -132,9 +132,11 @@ function paintHeading(context, frame, pose, colour, paper) {
  * @param {string} colour @param {string} paper */
 function paintName(context, frame, pose, name, colour, paper) {
   context.font = `600 ${12 * frame.dpr}px system-ui, sans-serif`;
-  context.textAlign = 'left';
   context.textBaseline = 'middle';
-  const [x, y] = [frame.x(pose.x_m) + 13 * frame.dpr, frame.y(pose.y_m) - 11 * frame.dpr];
+  const [at, y, aside] = [frame.x(pose.x_m), frame.y(pose.y_m) - 11 * frame.dpr, 13 * frame.dpr];
+  const fits = at + aside + context.measureText(name).width < frame.width;
+  context.textAlign = fits ? 'left' : 'right';
+  const x = fits ? at + aside : at - aside;
   context.lineJoin = 'round';
   context.lineWidth = 4 * frame.dpr;
   context.strokeStyle = paper;

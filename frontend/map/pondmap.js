@@ -64,8 +64,9 @@ export class PondMap extends EventTarget {
 
   repaint() { this.#layer.changed(); }
 
+  /** The whole pond, clear of the buttons and the scale bar. */
   fit() {
-    this.#map.getView().fit(this.#extent, { size: this.#map.getSize(), padding: [16, 24, 44, 40] });
+    this.#map.getView().fit(this.#extent, { size: this.#map.getSize(), padding: [16, 24, 54, 48] });
     this.#whole = true;
   }
 

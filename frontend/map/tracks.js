@@ -26,7 +26,7 @@ export function paintTracks(context, frame, poses, colours) {
   }
 }
 
-/** Lines at round metres, named at the edges. @param {CanvasRenderingContext2D} context @param {Frame} frame
+/** Lines at round metres. @param {CanvasRenderingContext2D} context @param {Frame} frame
  * @param {Pond} pond @param {Record<string, string>} colours */
 export function paintGrid(context, frame, pond, colours) {
   const stepM = gridStep(frame.scale / frame.dpr);
@@ -39,15 +39,29 @@ export function paintGrid(context, frame, pond, colours) {
   for (let yM = 0; yM <= pond.height_m + 1e-9; yM += stepM) line(context, left, frame.y(yM), right, frame.y(yM));
   context.stroke();
   context.globalAlpha = 1;
+}
+
+/** What the grid's lines are at, over whatever lies there. @param {CanvasRenderingContext2D} context @param {import('./frame.js').Frame} frame
+ * @param {Pond} pond @param {Record<string, string>} colours */
+export function paintGridNames(context, frame, pond, colours) {
+  const stepM = gridStep(frame.scale / frame.dpr);
+  const [left, bottom] = [frame.x(0), frame.y(0)];
   context.font = `${11 * frame.dpr}px system-ui, sans-serif`;
   context.fillStyle = colours.ink;
+  const digits = Math.max(0, -Math.floor(Math.log10(stepM)));
   context.textAlign = 'center';
   context.textBaseline = 'top';
-  const digits = Math.max(0, -Math.floor(Math.log10(stepM)));
-  for (let xM = 0; xM <= pond.width_m + 1e-9; xM += stepM) context.fillText(xM.toFixed(digits), frame.x(xM), bottom + 3 * frame.dpr);
-  context.textAlign = 'right';
-  context.textBaseline = 'middle';
-  for (let yM = 0; yM <= pond.height_m + 1e-9; yM += stepM) context.fillText(yM.toFixed(digits), left - 4 * frame.dpr, frame.y(yM));
+  for (let xM = 0; xM <= pond.width_m + 1e-9; xM += stepM) context.fillText(`${xM.toFixed(digits)} m`, frame.x(xM), bottom + 3 * frame.dpr);
+  context.textAlign = 'left'; // inside the pond: beside it there are buttons
+  context.textBaseline = 'bottom';
+  context.lineWidth = 3 * frame.dpr;
+  context.lineJoin = 'round';
+  context.strokeStyle = colours.paper;
+  for (let yM = stepM; yM <= pond.height_m + 1e-9; yM += stepM) {
+    const at = /** @type {const} */ ([`${yM.toFixed(digits)} m`, left + 4 * frame.dpr, frame.y(yM) - 2 * frame.dpr]);
+    context.strokeText(...at);
+    context.fillText(...at);
+  }
 }
 
 /**

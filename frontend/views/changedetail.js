@@ -9,6 +9,7 @@ import * as format from '../state/format.js';
 import { reading } from './changelist.js';
 import { h } from './dom.js';
 import { pastStrip } from './paststrip.js';
+import { ring } from './ring.js';
 
 const MOST_SNAPSHOTS = 6;
 
@@ -68,16 +69,21 @@ export async function evidenceOf(title, side, id) {
   if (!rod) return h('div', {}, h('h3', { text: title }), h('p', { class: 'quiet', text: 'The layout of this inspection has no such rod.' }));
   const unseen = rod.views === 0 || rod.state === 'unseen';
   const says = unseen ? 'not observed' : `${reading({ ...rod, conflicting: Boolean(rod.conflicting) })} · ${format.percent(rod.confidence, 1)}`;
-  const shown = rod.snapshots.slice(0, MOST_SNAPSHOTS).map((snapshot) => picture(snapshotUrl(side.session, snapshot), `${snapshot.robot} #${snapshot.sequence}`, `Snapshot ${title.toLowerCase()}`));
+  const shown = rod.snapshots.slice(0, MOST_SNAPSHOTS).map((snapshot) => picture(snapshotUrl(side.session, snapshot), `${snapshot.robot} #${snapshot.sequence}`, `Snapshot ${title.toLowerCase()}`, ringIn(snapshot, rod)));
   const rest = rod.snapshots.length - shown.length;
   return h('div', {}, h('h3', { text: title }), h('p', { class: 'says', text: says }), picture(rodPictureUrl(side.session, id), 'mosaic', `Rod ${id} in the mosaic ${title.toLowerCase()}`),
     h('h4', { text: rod.snapshots.length ? `Snapshots · ${rod.snapshots.length}` : 'No snapshot shows it' }), ...shown,
     h('p', { class: 'quiet' }, rest > 0 ? `and ${rest} more · ` : '', link));
 }
 
-/** @param {string} src @param {string} text @param {string} alt */
-function picture(src, text, alt) {
-  return h('figure', {}, h('a', { href: src, target: '_blank', rel: 'noopener', title: 'In full size, in a tab of its own' }, h('img', { src, alt: `${alt}: ${text}`, loading: 'lazy' })), h('figcaption', { text }));
+/** Which of the rods in a snapshot it is. @param {Evidence} snapshot @param {RodFacts} rod */
+function ringIn({ corrected }, { camera, place }) {
+  return corrected && camera && place ? ring(corrected, camera, place, 'corrected') : '';
+}
+
+/** @param {string} src @param {string} text @param {string} alt @param {Node | ''} [mark] over the picture */
+function picture(src, text, alt, mark = '') {
+  return h('figure', {}, h('a', { href: src, target: '_blank', rel: 'noopener', title: 'In full size, in a tab of its own' }, h('span', { class: 'picture' }, h('img', { src, alt: `${alt}: ${text}`, loading: 'lazy' }), mark)), h('figcaption', { text }));
 }
 
 /** @param {Record<string, string>} rows */

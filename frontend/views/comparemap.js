@@ -6,7 +6,7 @@ import { paintChosen, paintRods } from '../map/painters.js';
 import { PondMap } from '../map/pondmap.js';
 import { Symbols } from '../map/symbols.js';
 import { TileMosaic } from '../map/tilemosaic.js';
-import { paintGrid } from '../map/tracks.js';
+import { paintGrid, paintGridNames } from '../map/tracks.js';
 import { rodAt } from '../state/rods.js';
 import { h, setText } from './dom.js';
 import { mapColours, rodPalette } from './theme.js';
@@ -124,6 +124,7 @@ export class CompareMap extends EventTarget {
     this.#paintPictures(context, frame, is);
     if (shown.grid) paintGrid(context, frame, ground.pond, this.#colours);
     if (shown.changes) paintChanges(context, frame, this.marked, (id) => this.#layout.get(id), this.#colours);
+    if (shown.grid) paintGridNames(context, frame, ground.pond, this.#colours);
     const chosen = rod && this.#layout.get(rod);
     if (chosen) paintChosen(context, frame, chosen, this.#colours);
   }

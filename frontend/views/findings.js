@@ -6,6 +6,8 @@ import { h, setText } from './dom.js';
 
 /** @typedef {import('../api/client.js').Finding} Finding */
 
+const UNBROKEN = '\u00a0'; // a number and its unit stay on one line
+
 const WORDS = { 'foreign-object': 'Foreign object', stain: 'Stain', 'rod-displaced': 'Rod displaced' };
 
 export class Findings {
@@ -54,9 +56,9 @@ export class Findings {
 
 /** @param {Finding} f */
 export function detailOf(f) {
-  const where = `x ${f.x_m.toFixed(3)} m, y ${f.y_m.toFixed(3)} m`;
+  const where = `x ${f.x_m.toFixed(3)} m, y ${f.y_m.toFixed(3)} m`.replaceAll(/(?<!,) /g, UNBROKEN);
   const what = f.kind === 'rod-displaced'
-    ? `${f.rod_id} by ${Math.hypot(f.offset_x_mm ?? 0, f.offset_y_mm ?? 0).toFixed(2)} ± ${(f.sigma_mm ?? 0).toFixed(2)} mm`
-    : `${f.size_mm.toFixed(1)} mm, near ${f.rod_id}, ${f.agreeing} of ${f.looks} looks`;
-  return `${what}; ${where}; confidence ${(100 * f.confidence).toFixed(0)} %`;
+    ? `${f.rod_id} by ${Math.hypot(f.offset_x_mm ?? 0, f.offset_y_mm ?? 0).toFixed(2)} ± ${(f.sigma_mm ?? 0).toFixed(2)}${UNBROKEN}mm`
+    : `${f.size_mm.toFixed(1)}${UNBROKEN}mm, near ${f.rod_id}, ${f.agreeing} of ${f.looks} looks`;
+  return `${what}; ${where}; confidence ${(100 * f.confidence).toFixed(0)}${UNBROKEN}%`;
 }

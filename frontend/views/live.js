@@ -72,7 +72,7 @@ export class Live {
     this.time = new Timekeeper(this.inspection);
     this.#column.append(this.time.bar.element);
     this.#wanted = { rod, view, at };
-    this.#findings = new Findings(facts.id, ({ x_m, y_m }) => this.#view?.map.goTo(x_m, y_m));
+    this.#findings = new Findings(facts.id, (finding) => this.#view?.goToFinding(finding));
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
     this.rodPanel = new RodPanel(() => this.inspection.facts);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
@@ -257,7 +257,7 @@ export class Live {
     if (!this.tables.element.hidden) this.tables.toggle(false);
     else if (this.rodPanel.rodId) this.rodPanel.close();
     else if (this.#view) {
-      this.#view.pointed = null;
+      this.#view.pointed = this.#view.finding = null;
       this.#view.repaint();
     }
   }

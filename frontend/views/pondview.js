@@ -8,7 +8,7 @@ import { PondMap } from '../map/pondmap.js';
 import { RasterCanvas } from '../map/raster.js';
 import { SnapshotMosaic, asCorrected, asSaid } from '../map/snapshotmosaic.js';
 import { Symbols } from '../map/symbols.js';
-import { paintGrid, paintMeasure, paintTracks } from '../map/tracks.js';
+import { paintGrid, paintGridNames, paintMeasure, paintTracks } from '../map/tracks.js';
 import * as format from '../state/format.js';
 import { Looks } from '../state/looks.js';
 import { Measure } from '../state/measure.js';
@@ -20,6 +20,7 @@ import { mapColours, rodPalette } from './theme.js';
 /** @typedef {import('../map/frame.js').Frame} Frame */
 
 const REACH_PX = 10;
+const FINDING_PX = 40; // the least that a finding measures on the screen when one goes to it
 const RECOUNT_MS = 1000;
 
 export class PondView extends EventTarget {
@@ -38,6 +39,7 @@ export class PondView extends EventTarget {
   /** @type {Evidence | null} */ evidence = null;
   /** The snapshots where the robots said they were, while that is shown. @type {SnapshotMosaic | null} */ raw = null;
   /** The snapshots as far as a moment of the past, while that is shown. @type {SnapshotMosaic | null} */ past = null;
+  /** What is ringed beside a rod. @type {RodPlace | null} */ finding = null;
   /** Whether the server is heard. */ linked = true;
   /** @type {Looks | null} */ looks = null;
   /** Where to look next, while that is pointed at. @type {{xM: number, yM: number} | null} */ pointed = null;
@@ -141,11 +143,13 @@ export class PondView extends EventTarget {
     if (layer !== 'none') this.#overlay.paint(context, frame, this.#pond, opacity.layer);
     if (marks.grid) paintGrid(context, frame, this.#pond, this.#colours);
     if (marks.rods) paintRods(context, frame, this.#pond.rods ?? [], (id) => this.#inspection.rod(id), this.#symbols, opacity.rods);
+    if (marks.grid) paintGridNames(context, frame, this.#pond, this.#colours);
     if (marks.tracks) paintTracks(context, frame, this.#inspection.poses.values(), this.#colours);
     if (marks.robots) paintRobots(context, frame, picture === 'raw' ? robots.map(whereSaid) : robots, camera, this.#colours);
     paintNotes(context, frame, this.#inspection.notes.values(), this.#colours);
     if (this.pointed && camera) paintNext(context, frame, this.pointed, camera, this.#colours);
     if (this.chosenRod) paintChosen(context, frame, this.chosenRod, this.#colours);
+    if (this.finding) paintChosen(context, frame, this.finding, this.#colours);
     if (this.evidence && camera) this.#paintEvidence(context, frame, this.evidence, camera);
     if (this.measure.active) paintMeasure(context, frame, this.measure, format.length(this.measure.distanceM), this.#colours);
     this.painted.drawn(performance.timeOrigin + performance.now());
@@ -163,6 +167,13 @@ export class PondView extends EventTarget {
     if (this.measure.active) return this.measureTo({ xM, yM });
     const rod = rodAt(this.#pond.rods ?? [], xM, yM, REACH_PX * this.#map.metresPerPx);
     this.dispatchEvent(new CustomEvent('choose', { detail: rod }));
+  }
+
+  /** Ring a finding, and come close enough to see what it is. @param {import('../api/client.js').Finding} finding */
+  goToFinding({ x_m, y_m, size_mm }) {
+    this.finding = { x_m, y_m, outer_radius_m: 0.8e-3 * size_mm };
+    this.#map.goTo(x_m, y_m, Math.min(this.#map.metresPerPx, (1e-3 * size_mm) / FINDING_PX));
+    this.repaint();
   }
 
   toggleMeasure() {

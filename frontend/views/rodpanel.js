@@ -2,11 +2,11 @@
 /** Why a rod says what it says: its reading, and the snapshots behind it. */
 
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
-import { inPicture } from '../map/frame.js';
 import { Symbols } from '../map/symbols.js';
 import * as format from '../state/format.js';
 import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
 import { h } from './dom.js';
+import { ring } from './ring.js';
 import { RodRecord } from './rodrecord.js';
 import { rodPalette } from './theme.js';
 
@@ -125,15 +125,6 @@ export class RodPanel extends EventTarget {
     this.#chosen = again ? null : snapshot;
     this.dispatchEvent(new Event('choose'));
   }
-}
-
-/** @param {PlanePose} pose @param {Camera} camera @param {RodLayout} rod @param {string} kind */
-function ring(pose, camera, rod, kind) {
-  const { u, v } = inPicture(pose, camera, rod.x_m, rod.y_m);
-  const element = h('span', { class: `ring ${kind}` });
-  const share = (/** @type {number} */ value) => `${(100 * value).toFixed(2)}%`;
-  Object.assign(element.style, { left: share(u), top: share(v), width: share((2 * rod.outer_radius_m) / (camera.width_px * camera.metres_per_pixel)) });
-  return element;
 }
 
 /** @param {Evidence} snapshot */

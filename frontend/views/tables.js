@@ -14,7 +14,7 @@ import { h } from './dom.js';
 const MOST_ROWS = 1000;
 /** @type {Record<Tab, string[]>} */
 const HEADS = {
-  rods: ['Rod', 'State', 'Fill', 'Confidence', 'Looks', 'In 30 min', 'Last seen', 'Place known to', 'x', 'y'],
+  rods: ['Rod', 'State', 'Fill', 'Confidence', 'Looks', 'In view, 30 min', 'Last seen', 'Place known to', 'x', 'y'],
   robots: ['Robot', 'Last heard', 'Snapshot', 'Status', 'x', 'y', 'Heading', 'Moved by', 'Says'],
   snapshots: ['Robot', 'Snapshot', 'Received', 'Status', 'x', 'y', 'Heading', 'One sigma'],
 };

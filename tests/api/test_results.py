@@ -173,6 +173,8 @@ def test_a_rod_names_the_snapshots_that_show_it_whole(api: Api) -> None:
     assert [s["sequence"] for s in rod["snapshots"]] == [1]
     assert rod["snapshots"][0]["raw"] == rod["snapshots"][0]["corrected"] == near
     assert "fill" not in rod["snapshots"][0]  # a rod is read from all its snapshots together
+    assert rod["place"].keys() == {"x_m", "y_m", "outer_radius_m"}
+    assert rod["camera"] == api.get(session).json()["camera"]
     assert api.get(session, "/rods/R0").json()["snapshots"] == []
     problem(api.get(session, "/rods/R9"), 404, "missing")
 

@@ -21,12 +21,15 @@ def test_a_finding_is_listed_with_its_picture_and_leads_to_its_place(desk: Desk,
 
     assert desk.says("#findings-title", "Findings: 1")
     assert desk.says("#findings-list", "Foreign object")
-    assert desk.says("#findings-list", "4.2 mm, near R0012, 4 of 5 looks; x 0.800 m, y 0.100 m; confidence 83 %")
+    words = " ".join(desk.text("#findings-list").split())
+    assert "4.2 mm, near R0012, 4 of 5 looks; x 0.800 m, y 0.100 m; confidence 83 %" in words
     loaded = "document.querySelector('#findings-list img').naturalWidth"
     assert eventually(lambda: desk.page.evaluate(loaded) == 64)
     desk.page.locator("#findings-list button").click()
 
     assert eventually(lambda: "view=0.8" in desk.page.evaluate("location.search"))
+    metres_a_pixel = float(desk.page.evaluate("location.search").rpartition(",")[2].partition("&")[0])
+    assert 4.2e-3 / metres_a_pixel > 39  # it is seen
     assert desk.errors == []
 
 

@@ -99,6 +99,8 @@ def test_a_discrepancy_opens_its_snapshots_in_two_clicks(desk: Desk, pool: Pool)
     pictures = desk.page.locator("#line-panel figure", has_text="bubble-1").locator("a")
     assert eventually(lambda: pictures.count() > 0)
     assert eventually(lambda: desk.page.locator("#line-panel .past li").count() == 1)
+    rings = desk.page.locator("#line-panel .picture .ring")
+    assert rings.count() == pictures.count()  # which of the rods in a snapshot it is
     with desk.page.context.expect_page() as tab:
         pictures.first.click()
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from pondwatch.jobs.lanes import TaskFailed
-from pondwatch.jobs.worker import Desk, Failed, answered
+from pondwatch.jobs.tasks import Failed
+from pondwatch.jobs.worker import Desk, answered
 
 Fault = Callable[[str, tuple[Any, ...]], None]
 

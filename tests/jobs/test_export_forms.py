@@ -101,18 +101,18 @@ def _offset_px(tif: Any, image: np.ndarray, rod: Any) -> float:
     column, row = ~tif.transform @ (rod.x_m, rod.y_m)
     radius = rod.outer_radius_m / tif.res[0]
     reach = 1.3 * radius
+    left, top = (max(0, int(at - reach) - 3) for at in (column, row))
+    part = image[top : int(row + reach) + 4, left : int(column + reach) + 4].astype(np.float32)
     grid = np.arange(-reach, reach + 0.01, 0.5, dtype=np.float32)
     u, v = np.meshgrid(grid, grid)
-    ring = np.hypot(u, v)
-    wanted = ((ring > 0.75 * radius) & (ring < 1.25 * radius)).astype(np.float32)[..., None]
-    grey = image.astype(np.float32)
+    wanted = abs(np.hypot(u, v) - radius) < 0.25 * radius
     best: tuple[float, float] = (np.inf, np.inf)
     for du in np.arange(-1, 1.01, 0.1):
         for dv in np.arange(-1, 1.01, 0.1):
-            at = (u + np.float32(column - 0.5 + du), v + np.float32(row - 0.5 + dv))
-            sampled = cv2.remap(grey, *at, cv2.INTER_LINEAR)
-            cost = float((wanted * (sampled - sampled[::-1, ::-1]) ** 2).sum())
-            best = min(best, (cost, float(np.hypot(du, dv))))
+            at = (u + np.float32(column - 0.5 - left + du), v + np.float32(row - 0.5 - top + dv))
+            sampled = cv2.remap(part, *at, cv2.INTER_LINEAR)
+            apart = (sampled - sampled[::-1, ::-1])[wanted]
+            best = min(best, (float(np.vdot(apart, apart)), float(np.hypot(du, dv))))
     return best[1]
 
 

@@ -28,6 +28,7 @@ from .inspected import Inspected, Key, Shot
 ROOT = Path(__file__).parents[2]
 READY_S = 30.0
 WAIT_S = 60.0
+AWAY_S = 0.05  # before a station tries again: it shares the processor with the server that starts
 MOMENT_S = 0.06  # the longest between what a kill waits for and the kill
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
@@ -103,7 +104,7 @@ class Station:
         """Send until the last one is acknowledged, or it is over."""
         for place, shot in self.shots:
             while not self._may_end and (place >= self.tide.limit or not self._send(shot)):
-                time.sleep(0.01)
+                time.sleep(0.01 if place >= self.tide.limit else AWAY_S)
             if self._may_end:
                 break
             self.acknowledged[shot.robot, shot.sequence] = shot.digest
@@ -245,10 +246,10 @@ def first_loss(data: Path, inspected: Inspected, kills: int, seed: int) -> list[
         return trial.lost
 
 
-def children(pid: int) -> list[int]:
-    """Processes whose parent this is."""
-    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return [int(child) for child in listed]
+def descendants(pid: int) -> list[int]:
+    """Processes whose parent this is, and theirs. All of a parent's threads count: any may have started one."""
+    listed = [child for of in Path(f"/proc/{pid}/task").glob("*/children") for child in of.read_text().split()]
+    return [found for child in map(int, listed) for found in (child, *descendants(child))]
 
 
 def is_alive(pid: int) -> bool:

@@ -18,7 +18,7 @@ import pytest
 
 from tests.fakes.robot import document
 
-from .harness import Ending, Server, children, first_loss, is_alive, run
+from .harness import Ending, Server, descendants, first_loss, is_alive, run
 from .inspected import Inspected, alone, inspected
 
 CLOSE = 1e-6  # m, rad
@@ -84,13 +84,14 @@ def test_the_harness_finds_the_loss_of_a_server_that_acknowledges_before_it_comm
 def test_a_killed_server_leaves_no_process_behind(tmp_path: Path) -> None:
     server = Server(tmp_path)
     server.start()
-    workers = children(server.pid)
+    workers = workers_of(server)
     assert workers
+    left_behind = descendants(server.pid)
 
     server.kill()
 
     until = time.monotonic() + 60
-    while (left := [pid for pid in workers if is_alive(pid)]) and time.monotonic() < until:
+    while (left := [pid for pid in left_behind if is_alive(pid)]) and time.monotonic() < until:
         time.sleep(0.05)
     assert left == []
 
@@ -130,6 +131,13 @@ def test_a_server_that_is_stopped_while_someone_waits_for_the_end_answers_and_lo
 
 
 def workers_of(server: Server) -> list[int]:
-    found = [p for p in children(server.pid) if "spawn_main" in Path(f"/proc/{p}/cmdline").read_text()]
+    """Once they have begun: each of them is nicer than its server."""
+    until = time.monotonic() + 60
+    while not (found := [pid for pid in descendants(server.pid) if is_nice(pid)]) and time.monotonic() < until:
+        time.sleep(0.05)
     assert found
     return found
+
+
+def is_nice(pid: int) -> bool:
+    return os.getpriority(os.PRIO_PROCESS, pid) > os.getpriority(os.PRIO_PROCESS, 0)

@@ -10,13 +10,14 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 from sqlalchemy import Engine, select, text
 from sqlalchemy.exc import IntegrityError
 
 from pondwatch.core.values import Camera, Inspection, Pond, Rod
 from pondwatch.resources import migrations_dir
 from pondwatch.store import alarmtables, ponds, sessions, tables
-from pondwatch.store.engine import migrate, writer_engine
+from pondwatch.store.engine import migrate, newest_revision, writer_engine
 
 SESSION = (
     "INSERT INTO sessions (id, name, method, created_ms, camera_width_px, camera_height_px, camera_metres_per_pixel, "
@@ -127,3 +128,18 @@ def test_sessions_of_one_layout_are_assigned_to_one_pond_and_later_ones_join_it(
     with engine.begin() as connection:
         assert connection.execute(text("SELECT count(*) FROM rods")).scalar_one() == 8
     engine.dispose()
+
+
+def test_the_newest_revision_is_where_the_migrations_end() -> None:
+    assert newest_revision() == ScriptDirectory(str(migrations_dir())).get_current_head()
+
+
+def test_tables_that_are_of_this_version_are_not_migrated_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = writer_engine(f"sqlite:///{tmp_path}/m.sqlite")
+    migrate(engine)
+
+    monkeypatch.setattr(command, "upgrade", None)
+
+    migrate(engine)

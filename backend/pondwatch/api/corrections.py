@@ -11,7 +11,6 @@ from sqlalchemy import Connection
 from pondwatch.core.errors import Invalid, Unavailable
 from pondwatch.core.values import RodState
 from pondwatch.jobs import comparing, correct, views
-from pondwatch.jobs.papernets import METHODS, make_corrector
 from pondwatch.jobs.views import Json
 from pondwatch.store import corrections, sessions
 from pondwatch.store.sessions import Session
@@ -30,6 +29,8 @@ def correct_again(here: Here, session_id: str, asked: CorrectionIn) -> JSONRespo
     def look(connection: Connection) -> Session:
         return sessions.get(connection, session_id, with_rods=True)
 
+    from pondwatch.jobs.papernets import make_corrector  # the methods take a third of a second to load
+
     method = make_corrector(here.store.read(look).inspection, asked.method).method
     correction = correct.begin(here.store, session_id, method, here.now_ms())
     here.queue.wake(session_id)
@@ -45,12 +46,16 @@ def list_corrections(here: Here, session_id: str) -> JSONResponse:
         session = sessions.get(connection, session_id, with_rods=True)
         return session, [views.correction(c) for c in corrections.of(connection, session_id)]
 
+    from pondwatch.jobs.papernets import METHODS
+
     session, made = here.store.read(look)
     names = [name for name in METHODS if name != "auto" and _fits(session, name)]
     return JSONResponse({"session": session_id, "own": session.method, "methods": names, "corrections": made})
 
 
 def _fits(session: Session, method: str) -> bool:
+    from pondwatch.jobs.papernets import make_corrector
+
     try:
         make_corrector(session.inspection, method)
     except (Invalid, Unavailable):

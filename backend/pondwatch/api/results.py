@@ -94,7 +94,8 @@ def get_rods(here: Here, session_id: str, form: Format = "json", method: Method 
 
 @router.get("/rods/{rod_id}", summary="One rod and the snapshots behind it")
 def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
-    """The reading, and the snapshots whose corrected footprint holds the whole rod."""
+    """The reading, and the snapshots whose corrected footprint holds the whole rod. `place`, in the layout, m, pond
+    frame, and `camera` say where it is in each of them."""
 
     def look(connection: Connection) -> tuple[Session, list[Json], list[Json]]:
         session, _, rods = rods_by(connection, session_id)
@@ -105,7 +106,9 @@ def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
     if reading is None:
         raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
     seen = [views.evidence(pose) for pose in _showing(session, rod_id, poses)]
-    return JSONResponse({**reading, "session": session_id, "method": session.method, "snapshots": seen})
+    rod = next(rod for rod in session.inspection.pond.rods if rod.id == rod_id)
+    told = {"session": session_id, "method": session.method, "place": views.place(rod), "snapshots": seen}
+    return JSONResponse({**reading, **told, "camera": views.camera(session)})
 
 
 @router.get("/rods/{rod_id}/picture.png", summary="A rod in the mosaic")

@@ -16,7 +16,6 @@ from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.layouts import document_of
 from pondwatch.core.values import Inspection
 from pondwatch.jobs import baseline, finish, views
-from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.views import Json
 from pondwatch.store import corrections, ponds, sessions
 from pondwatch.store.ponds import Wish
@@ -70,6 +69,8 @@ def _method(here: Services, document: Json, inspection: Inspection) -> str:
     asked = document.get("method", here.settings.method)
     if not isinstance(asked, str):
         raise InvalidLayout("method must be the name of a correction method.", field="method")
+    from pondwatch.jobs.papernets import make_corrector  # the methods take a third of a second to load
+
     return make_corrector(inspection, asked).method
 
 

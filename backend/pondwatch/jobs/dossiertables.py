@@ -82,7 +82,7 @@ def _line(line: Reconciled) -> tuple[str, ...]:
 
 def changes(store: Store, session_id: str) -> Table:
     """Rods that differ from the session's baseline; where none was chosen, from the finished inspection before it."""
-    columns = ("rod", "change", "word", "before", "now", "confidence", "residual, mm")
+    columns = ("rod", "change", "what", "before", "now", "confidence", "residual, mm")
 
     def base_of(connection: Connection) -> str | None:
         if sessions.get(connection, session_id).state is not State.FINISHED:
@@ -115,8 +115,8 @@ def _note(told: Json, unsure: int) -> str:
     return (
         f"Held against {base['name']} ({base['session']}), finished {base['finished_at']}. {told['sentence']} {lies} "
         f"Of {told['compared']} rods seen in both {counts['filled']} were filled, {counts['emptied']} emptied, "
-        f"{counts['partly']} partly filled; of {unsure} nothing is claimed. {told['not_observed']} were not seen "
-        "in both."
+        f"{counts['partly']} filled or emptied in part; of {unsure} nothing is claimed. "
+        f"{told['not_observed']} were not seen in both."
     )
 
 

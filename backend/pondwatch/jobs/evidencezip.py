@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import zipfile
 from collections.abc import Iterator
 from typing import IO
@@ -13,12 +12,10 @@ from pondwatch.core.auditchain import linked
 from pondwatch.core.errors import Missing, Unavailable
 from pondwatch.store.store import Store
 
+from .evidencemarks import ARCHIVE, SIGNATURE_CHARS, digest_of_first
 from .sealing import File, checked, records
 from .views import Json
 
-ARCHIVE = b"pondwatch-evidence/1 archive\n"
-SIGNATURE_CHARS = 128
-_CHUNK = 1 << 20
 _MOMENT = (1980, 1, 1, 0, 0, 0)
 
 
@@ -41,16 +38,6 @@ def write_evidence(store: Store, session_id: str, out: IO[bytes], now_ms: int) -
     out.seek(size)
     out.write(signature.hex().encode())
     out.flush()
-
-
-def digest_of_first(file: IO[bytes], size: int) -> bytes:
-    """SHA-256 of a file's first bytes."""
-    digest = hashlib.sha256()
-    file.seek(0)
-    while size > 0 and (part := file.read(min(size, _CHUNK))):
-        digest.update(part)
-        size -= len(part)
-    return digest.digest()
 
 
 def _put_records(archive: zipfile.ZipFile, store: Store, connection: Connection, session_id: str) -> None:

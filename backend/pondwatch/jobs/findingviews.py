@@ -14,7 +14,7 @@ from pondwatch.core.frames import pond_to_raster
 from pondwatch.core.values import Image, Pond, Rect
 
 from .dossier import Table
-from .reportpictures import encoded
+from .raster import encoded
 from .views import Json
 
 COLUMNS = (

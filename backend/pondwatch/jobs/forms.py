@@ -14,10 +14,20 @@ from .dossiertables import tables_of
 from .evidencezip import write_evidence
 from .ifdo import write_ifdo
 from .rasters import write_layers_cog, write_mosaic_cog
-from .recording import write_recording
-from .report import write_report
 from .stamped import DEFAULT_PX, View, write_stamped
 from .tablefiles import write_json, write_tables
+
+
+def _report(found: Dossier, out: IO[bytes]) -> None:
+    from .report import write_report  # its library takes as long to load as the rest of what a server needs of `jobs`
+
+    write_report(found, out)
+
+
+def _recording(found: Dossier, out: IO[bytes]) -> None:
+    from .recording import write_recording
+
+    write_recording(found, out)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +44,7 @@ class Form:
 
 FORMS: Mapping[str, Form] = {
     "bundle": Form("evidence.zip", "application/zip", "the evidence bundle"),
-    "pdf": Form("pdf", "application/pdf", "the report", write_report, True),
+    "pdf": Form("pdf", "application/pdf", "the report", _report, True),
     "csv": Form("csv.zip", "application/zip", "everything as tables", write_tables, True),
     "json": Form("json", "application/json", "everything as one document", write_json, True),
     "mosaic": Form("mosaic.tif", "image/tiff", "the mosaic as GeoTIFF (COG)", write_mosaic_cog),
@@ -42,7 +52,7 @@ FORMS: Mapping[str, Form] = {
         "layers.tif", "image/tiff", "looks, age and sigma of every pixel as GeoTIFF (COG)", write_layers_cog
     ),
     "png": Form("png", "image/png", "a view with stamp and scale bar", lambda d, out: write_stamped(d, None, out)),
-    "mcap": Form("mcap", "application/octet-stream", "a recording for Foxglove and Lichtblick", write_recording),
+    "mcap": Form("mcap", "application/octet-stream", "a recording for Foxglove and Lichtblick", _recording),
     "ifdo": Form("ifdo.json", "application/json", "iFDO metadata of the pictures", write_ifdo),
 }
 

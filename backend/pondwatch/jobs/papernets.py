@@ -47,10 +47,9 @@ from pondwatch.core.values import (
 )
 from pondwatch.resources import models_dir
 
+from .methods import LEARNED_METHOD, PAPER_METHODS
 from .rodfinder import OnnxRodFinder
 
-PAPER_METHODS = ("paper-a", "paper-b", "paper-c", "paper-ours", "paper-corrections")
-LEARNED_METHOD = "lattice-network"  # `lattice`, with the network that finds rods
 METHODS = (*core.METHODS, LEARNED_METHOD, *PAPER_METHODS)
 CAMERA_PX = (160, 110)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from pondwatch import __version__, core
 from pondwatch.resources import models_dir
 
-from .papernets import LEARNED_METHOD, PAPER_METHODS
+from .methods import LEARNED_METHOD, PAPER_METHODS
 from .views import Json
 
 _LIBRARIES = ("numpy", "onnxruntime", "opencv-python-headless", "scipy")

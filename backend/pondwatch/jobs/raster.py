@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pondwatch.core.mosaic import Mosaic
-from pondwatch.core.values import Rect
+from pondwatch.core.values import Image, Rect
 
 from .tasks import EncodedRect, EncodedTile
 
@@ -29,6 +29,13 @@ _QUICK = (  # 2.5 ms a tile of 256 pixels, where the library's own choice at lev
 def png(image: NDArray[np.uint8]) -> bytes:
     """The image, 1 to 4 channels, as PNG."""
     done, content = cv2.imencode(".png", image, _QUICK)
+    assert done
+    return content.tobytes()
+
+
+def encoded(picture: Image, kind: str) -> bytes:
+    """A picture as a file of a kind, `.png` or `.jpg`."""
+    done, content = cv2.imencode(kind, picture)
     assert done
     return content.tobytes()
 

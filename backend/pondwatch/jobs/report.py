@@ -21,6 +21,7 @@ from .reportparts import (
     head,
     paragraph,
     register_fonts,
+    shares_of,
     signatures,
     small,
     strip,
@@ -192,7 +193,7 @@ def _table_section(table: Table) -> list[Flowable]:
     if table.pictures:
         told += [strip(table.pictures), Spacer(1, 4)]
     if table.rows:
-        told.append(grid(table.columns, table.rows, [1 / len(table.columns)] * len(table.columns)))
+        told.append(grid(table.columns, table.rows, shares_of(table.columns, table.rows)))
     return told
 
 

@@ -30,6 +30,7 @@ _HEAD = ParagraphStyle("head", parent=_BODY, fontName=BOLD, fontSize=11, leading
 _TITLE = ParagraphStyle("title", parent=_HEAD, fontSize=17, leading=21, spaceBefore=0)
 _FIGURE = ParagraphStyle("figure", parent=_HEAD, fontSize=10, leading=13, spaceBefore=0, spaceAfter=0)
 _NAME_WIDE = 30 * mm
+_SHORT, _LONG = 6, 32  # letters: what a column of a table is at least and at most wide enough for
 
 
 def register_fonts() -> None:
@@ -80,6 +81,13 @@ def facts(rows: Sequence[tuple[str, str]], across: int = 2) -> Flowable:
     cells = [[cell for pair in texts[i : i + across] for cell in pair] for i in range(0, len(texts), across)]
     widths = [_NAME_WIDE, WIDE / across - _NAME_WIDE] * across
     return Cells(cells, colWidths=widths, style=_ruled(), hAlign="LEFT")
+
+
+def shares_of(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[float]:
+    """Of the width, a column each: by its longest text, within reason."""
+    longest = [max(len(str(text)) for text in texts) for texts in zip(columns, *rows, strict=True)]
+    wanted = [min(max(length, _SHORT), _LONG) + 1.5 for length in longest]
+    return [share / sum(wanted) for share in wanted]
 
 
 def grid(columns: Sequence[str], rows: Sequence[Sequence[str]], shares: Sequence[float]) -> Flowable:

@@ -7,16 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from reportlab.lib import colors
 from reportlab.lib.utils import ImageReader
 from reportlab.platypus import Flowable
 
-from pondwatch.core.values import Image, Pond
+from pondwatch.core.values import Pond
 
 from .dossier import Dossier
+from .raster import encoded
 from .stamped import View, metres, round_length, view_of
 from .views import Json
 
@@ -53,13 +53,6 @@ def coverage_picture(looks: NDArray[np.uint16]) -> bytes:
     """How often each place was seen, darker for more, as PNG. looks: (h, w)."""
     shrink = max(1, -(-max(looks.shape) // _WIDE_PX))
     return encoded(_STEPS[np.minimum(looks[::shrink, ::shrink], len(_STEPS) - 1)], ".png")
-
-
-def encoded(picture: Image, kind: str) -> bytes:
-    """A picture as a file of a kind, `.png` or `.jpg`."""
-    done, content = cv2.imencode(kind, picture)
-    assert done
-    return content.tobytes()
 
 
 class Sheet(Flowable):  # type: ignore[misc]

@@ -28,10 +28,10 @@ from pondwatch.store.seals import Seal
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.store import Store
 
+from .evidencemarks import FORMAT
 from .provenance import made_by
 from .views import Json
 
-FORMAT = "pondwatch-evidence/1"
 SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp"}
 _AXES = ("x_m", "y_m", "theta_rad")
 _POSES = ("sequence", "robot", "boot", "captured_at", "image", *_AXES)

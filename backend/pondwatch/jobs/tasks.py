@@ -59,6 +59,13 @@ class Base:
 
 
 @dataclass(frozen=True, slots=True)
+class Failed:
+    """An error as it travels to the server: what raised it may not be fit to."""
+
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
 class EncodedRect:
     """A rectangle of the mosaic's raster as a PNG with alpha."""
 

@@ -18,8 +18,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from pondwatch.core.auditchain import BrokenChain, Head, read
 from pondwatch.core.errors import Invalid
 
-from .evidencezip import ARCHIVE, SIGNATURE_CHARS, digest_of_first
-from .sealing import FORMAT
+from .evidencemarks import ARCHIVE, FORMAT, SIGNATURE_CHARS, digest_of_first
 
 _OWN = ("manifest.json", "manifest.sig", "records.jsonl")
 _UNREADABLE = (OSError, zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError, ValueError)

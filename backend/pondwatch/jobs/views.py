@@ -27,9 +27,24 @@ def raster_size(session: Session) -> tuple[int, int]:
     return raster_size_px(session.inspection.pond, metres_per_pixel(session))
 
 
+def camera(session: Session) -> Json:
+    """`width_px`, `height_px`, `metres_per_pixel`."""
+    taken_by = session.inspection.camera
+    return {
+        "width_px": taken_by.width_px,
+        "height_px": taken_by.height_px,
+        "metres_per_pixel": taken_by.metres_per_pixel,
+    }
+
+
+def place(rod: Rod) -> Json:
+    """Where the layout has a rod, m, pond frame: `x_m`, `y_m`, and its `outer_radius_m`."""
+    return {"x_m": rod.x_m, "y_m": rod.y_m, "outer_radius_m": rod.outer_radius_m}
+
+
 def session(session: Session, facts: Facts) -> Json:
     """A session without its layout."""
-    camera, pond, noise = session.inspection.camera, session.inspection.pond, session.inspection.pose_noise
+    pond, noise = session.inspection.pond, session.inspection.pose_noise
     width, height = raster_size(session)
     return {
         "id": session.id,
@@ -47,11 +62,7 @@ def session(session: Session, facts: Facts) -> Json:
         "finished_at": rfc3339(session.finished_ms),
         "last_captured_at": rfc3339(facts.last_captured_ms),
         "last_received_at": rfc3339(facts.last_received_ms),
-        "camera": {
-            "width_px": camera.width_px,
-            "height_px": camera.height_px,
-            "metres_per_pixel": camera.metres_per_pixel,
-        },
+        "camera": camera(session),
         "pond": {
             "width_m": pond.width_m,
             "height_m": pond.height_m,

@@ -16,7 +16,7 @@ import time
 import traceback
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -28,7 +28,7 @@ from pondwatch.core.ports import Spread, one_by_one
 from .held import Held, as_stored
 from .raster import encode_tiles
 from .spreading import spread_out
-from .tasks import Base, EncodedTile, Outcome, Place, SnapshotRef
+from .tasks import Base, EncodedTile, Failed, Outcome, Place, SnapshotRef
 from .thought import Begin, ForkThought, ThreadThought
 
 SESSIONS_HELD = 8
@@ -122,13 +122,6 @@ class Desk:
 
 
 _desk = Desk(ForkThought, spread_out)  # this process's own
-
-
-@dataclass(frozen=True, slots=True)
-class Failed:
-    """An error as it travels to the server: what raised it may not be fit to."""
-
-    message: str
 
 
 def answered(desk: Desk, method: str, *args: Any) -> Any:

@@ -13,9 +13,7 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-from alembic import command
-from alembic.config import Config
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
+from sqlalchemy import Connection, Engine, create_engine, event, inspect, make_url, text
 from sqlalchemy.pool import QueuePool
 
 from pondwatch.core.errors import Unavailable
@@ -72,12 +70,29 @@ def reader_engine(url: str) -> Engine:
 
 
 def migrate(engine: Engine) -> None:
-    """Bring the tables to this version, in one transaction."""
-    config = Config()
-    config.set_main_option("script_location", str(migrations_dir()).replace("%", "%%"))
+    """Bring the tables to this version, in one transaction. Where they are at it already, nothing is loaded for it."""
     with engine.begin() as connection:
+        if _revision(connection) == newest_revision():
+            return
+        from alembic import command  # a fifth of a second, at the first start of a version alone
+        from alembic.config import Config
+
+        config = Config()
+        config.set_main_option("script_location", str(migrations_dir()).replace("%", "%%"))
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
+
+
+def newest_revision() -> str:
+    """The number of the last migration, which its file's name begins with."""
+    return max(path.name for path in (migrations_dir() / "versions").glob("*.py")).partition("_")[0]
+
+
+def _revision(connection: Connection) -> str | None:
+    if not inspect(connection).has_table("alembic_version"):
+        return None
+    found: str | None = connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
+    return found
 
 
 class FolderLock:
