@@ -182,7 +182,16 @@ def _shows_a_page_and_opens_a_session(python: Path, folder: Path) -> None:
 
 def test_a_server_that_starts_loads_nothing_that_it_may_never_need() -> None:
     """Reports, recordings, migrations and correction methods, which together take as long to load as all the rest."""
-    late = ["reportlab", "mcap", "alembic", "sqlalchemy.dialects.postgresql", "rasterio", "onnxruntime", "typer"]
+    late = [
+        "reportlab",
+        "mcap",
+        "alembic",
+        "sqlalchemy.dialects.postgresql",
+        "rasterio",
+        "onnxruntime",
+        "typer",
+        "scipy.spatial",
+    ]
     late += ["pondwatch.core.corrector", "pondwatch.simulator", "pondwatch.jobs.worker"]
     script = f"import sys, pondwatch.app; print([name for name in {late} if name in sys.modules])"
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .consensus import Consensus
 from .frames import pond_to_raster
-from .pond import neighbour_steps
+from .pond import neighbour_steps, tree_of
 from .values import Bool, Float, Float32, Image, Int, Pond, RodReading, RodState
 
 EMPTY, FULL, OTHER, VACANT = range(4)  # kinds: hollow, filled, anything else inside; a lattice site without a rod
@@ -112,7 +111,7 @@ def vacant_sites(places: Float, steps: Float, pitch: float, pond: Pond) -> Float
     near = (places[:, None] + steps[None]).reshape(-1, 2)
     inside = ((near > margin) & (near < np.array([pond.width_m, pond.height_m]) - margin)).all(axis=1)
     near = near[inside]
-    free = near[np.asarray(cKDTree(places).query(near)[0]) > 0.7 * pitch]
+    free = near[np.asarray(tree_of(places).query(near)[0]) > 0.7 * pitch]
     kept: list[Float] = []
     for site in free[np.lexsort(np.round(free / (0.1 * pitch)).T)]:
         if all(np.hypot(*(site - other)) > 0.3 * pitch for other in kept):
@@ -148,7 +147,7 @@ def _nearest_to_own(sites: Sites, which: Int, reach: int, metres_per_pixel: floa
     right, down = steps[None, :], steps[:, None]
     out = np.broadcast_to(np.hypot(right, down) <= reach, (len(which), len(steps), len(steps))).copy()
     near = np.asarray(
-        cKDTree(sites.place).query_ball_point(sites.place[which], 2.2 * sites.reach * sites.pitch), object
+        tree_of(sites.place).query_ball_point(sites.place[which], 2.2 * sites.reach * sites.pitch), object
     )
     for k, (i, others) in enumerate(zip(which.tolist(), near, strict=True)):
         for j in others:

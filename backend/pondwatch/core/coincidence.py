@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from .pond import tree_of
 from .values import Float, Int
 
 SURE_SIGMAS = 3.0  # within which a residual is known
@@ -85,7 +85,7 @@ def _neighbours(places_m: Float) -> Int:
     count = len(places_m)
     if count < 2:
         return np.full((count, 1), count)
-    distance, near = map(np.asarray, cKDTree(places_m).query(places_m, min(_NEIGHBOURS + 1, count)))
+    distance, near = map(np.asarray, tree_of(places_m).query(places_m, min(_NEIGHBOURS + 1, count)))
     pitch = float(np.median(distance[:, 1]))
     return np.asarray(np.where(distance[:, 1:] <= _NEAR * pitch, near[:, 1:], count))
 

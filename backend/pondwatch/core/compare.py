@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .coincidence import Registration, registration, residuals
+from .pond import tree_of
 from .values import Bool, Float, RodReading, RodState
 
 PARTLY_LEAST = 0.18  # by how much two partial fills must differ: one reading in murky water may be off by 0.12
@@ -255,7 +255,7 @@ def _is_shifted(base: Mapping[str, Seen], with_: Mapping[str, Seen], both: list[
     before = np.array([_code(base[i].reading) for i in both])
     after = np.array([_code(with_[i].reading) for i in both])
     here = _agree(before, after)
-    tree = cKDTree(place)
+    tree = tree_of(place)
     for step in steps:
         distance, there = tree.query(place + step, distance_upper_bound=0.25 * float(np.hypot(*step)))
         n = np.flatnonzero(np.isfinite(distance))

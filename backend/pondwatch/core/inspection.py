@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .errors import InvalidLayout
+from .pond import tree_of
 from .values import Camera, Inspection, Pond, PoseNoise, Rod
 
 FORMAT = "pond-session/1"
@@ -132,7 +132,7 @@ def _check_places(pond: Pond) -> None:
 def _check_apart(pond: Pond) -> None:
     """Two rods whose centres are nearer than an inner radius are one rod given twice."""
     centres = np.array([(r.x_m, r.y_m) for r in pond.rods])
-    found = cKDTree(centres).query(centres, k=2)
+    found = tree_of(centres).query(centres, k=2)
     distance, nearest = (np.asarray(part) for part in found)
     close = np.flatnonzero(distance[:, 1] < np.array([r.inner_radius_m for r in pond.rods]))
     if close.size:

@@ -7,12 +7,15 @@ a hexagonal one, racks at an angle and missing rods are all the same to what fol
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .errors import InvalidLayout
 from .values import Bool, Float, Int, Pond
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 NEIGHBOUR_REACH = 1.25  # in pitches: closer than this, two rods are neighbours
 
@@ -47,7 +50,7 @@ class Layout:
         outer = float(np.median([r.outer_radius_m for r in pond.rods]))
         if not 0 < inner <= outer:
             raise InvalidLayout(f"The rods' radii are {inner:g} m inside and {outer:g} m outside.")
-        tree = cKDTree(centres)
+        tree = tree_of(centres)
         pitch = _pitch(tree, centres, outer)
         return cls(
             tuple(r.id for r in pond.rods), centres, inner, outer, pitch, _neighbour_steps(tree, centres, pitch), tree
@@ -66,8 +69,15 @@ def neighbour_steps(centres: Float) -> Float:
     """(M, 2), m: the distinct vectors from a rod to its neighbours, of rods at (N, 2)."""
     if len(centres) < 2:
         return np.zeros((0, 2))
-    tree = cKDTree(centres)
+    tree = tree_of(centres)
     return _neighbour_steps(tree, centres, _pitch(tree, centres, 0.0))
+
+
+def tree_of(points: Float) -> cKDTree:
+    """To look for the nearest of (N, 2) points."""
+    from scipy.spatial import cKDTree  # half a second to load, which a server does without
+
+    return cKDTree(points)
 
 
 def _pitch(tree: cKDTree, centres: Float, outer: float) -> float:
