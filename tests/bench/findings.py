@@ -181,7 +181,7 @@ def _is_seen(looked: Looked, thing: Thing) -> bool:
         u = (c * (thing.x_m - x) + s * (thing.y_m - y)) / camera.metres_per_pixel
         v = (-s * (thing.x_m - x) + c * (thing.y_m - y)) / camera.metres_per_pixel
         count += abs(u) < camera.width_px / 2 - 3 and abs(v) < camera.height_px / 2 - 3
-    return count >= 3
+    return bool(count >= 3)
 
 
 def _line(tallies: Sequence[Record]) -> tuple[str, ...]:
