@@ -216,6 +216,16 @@ def test_rods_that_are_not_there_are_counted_as_absent():
     assert _fit(bare).absent > 0.6
 
 
+def test_where_no_rod_is_in_view_nothing_moves_and_next_to_nothing_is_known():
+    nowhere = np.zeros((0, 2))
+
+    found = fit(cut(_picture(), nowhere, KINDS[:0], REACH_PX), nowhere, ABOUT, _profile())
+
+    np.testing.assert_array_equal(found.shift, np.zeros(3))
+    assert found.normal.max() < 1e-5
+    assert found.absent == 0
+
+
 def test_out_of_focus_a_fit_reaches_further():
     motion = (4.5, -3.0, 0.0)
     image = _picture(motion, noise=0)

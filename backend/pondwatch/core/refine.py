@@ -45,6 +45,8 @@ def fit(p: Patches, centres_px: Float, about_px: Float, profile: Profile, iterat
     Returns:
         The motion to apply to the centres: shift (du, dv, px) and turn (rad, from u towards v).
     """
+    if not p.parts:
+        return Fit(np.zeros(3), np.diag([1e-6] * 3), 0.0, 1.0, 0.25, 0.0)  # no rod says anything
     arm, motion = centres_px - about_px, np.zeros(3)
     columns, weighted = np.empty((2, COLUMNS, len(p.value)), np.float32)
     down = np.ones(len(p.value), np.float32)
