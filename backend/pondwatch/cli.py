@@ -93,7 +93,7 @@ def demo(
     host: Host = None,
     port: Port = None,
     snapshots: Annotated[int, typer.Option(help="Snapshots of the demo inspection.")] = 600,
-    rate: Rate = 20.0,
+    rate: Rate = 10.0,
 ) -> None:
     """Run the server, and a simulated inspection that uploads to it from a process of its own."""
     from pondwatch.jobs.nursery import prepare

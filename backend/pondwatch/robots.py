@@ -6,7 +6,7 @@ import subprocess
 import sys
 import threading
 
-SNAPSHOTS, RATE = 600, 20.0
+SNAPSHOTS, RATE = 600, 10.0
 
 
 class DemoRobots:
