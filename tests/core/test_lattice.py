@@ -18,7 +18,7 @@ from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 from tests.core.ponds import GROSS_PX, decoded, inspected
 
-SEED = 4
+SEED, SEEDS = 4, {"plain": (4, 5, 6)}  # of 60 snapshots one is a sixtieth: how many are placed is a median
 PLAIN = SimulationSpec(snapshots=60)
 SMALL = SimulationSpec(snapshots=44)
 CASES = {
@@ -30,12 +30,12 @@ CASES = {
     "murky": replace(SMALL, water="murky", path="smooth"),
     "drifting": replace(SMALL, noise="drift", path="smooth", robots=2, noise_pitch=0.4),
 }
-LEAST_PLACED = {"plain": 0.88, "wide": 0.8, "gross": 0.8, "heading unknown": 0.85}
+LEAST_PLACED = {"wide": 0.8, "gross": 0.8, "heading unknown": 0.85}
 
 
 @cache
-def _settled(name):
-    pond = inspected(CASES[name], SEED)
+def _settled(name, seed=SEED):
+    pond = inspected(CASES[name], seed)
     corrector = LatticeCorrector(pond.inspection)
     corrector.hold(pond.snapshots)
     corrector.settle()
@@ -54,11 +54,11 @@ def _errors_px(pond, corrector):
 
 @pytest.mark.parametrize("name", CASES)
 def test_no_snapshot_that_is_called_placed_lies_a_lattice_step_off(name):
-    error, placed, _ = _errors_px(*_settled(name))
+    ponds = [_errors_px(*_settled(name, seed)) for seed in SEEDS.get(name, (SEED,))]
 
-    assert error[placed].max() < GROSS_PX
-    assert placed.mean() >= LEAST_PLACED.get(name, 0.9)
-    assert (error > GROSS_PX).mean() <= 0.1
+    assert max(error[placed].max() for error, placed, _ in ponds) < GROSS_PX
+    assert np.median([placed.mean() for _, placed, _ in ponds]) >= LEAST_PLACED.get(name, 0.9)
+    assert max((error > GROSS_PX).mean() for error, _, _ in ponds) <= 0.1
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -40,7 +40,7 @@ def kinds(pond):
 
 @pytest.fixture(scope="module")
 def profile(pond, evidence, kinds):
-    return Placing(pond.setting).learn(evidence, list(_off(pond)), np.ones(len(evidence)), kinds, None)
+    return Placing(pond.setting).teaching.learn(evidence, list(_off(pond)), np.ones(len(evidence)), kinds, None)
 
 
 def _off(pond, seed=0):

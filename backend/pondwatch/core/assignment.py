@@ -45,14 +45,34 @@ def _better(graph: Graph, choices: Int) -> Bool:
 
 
 class Index:
-    """A problem's edges by hypothesis, and what each snapshot's places say of rods; shared by all assignments."""
+    """A problem's edges by hypothesis, its ties by snapshot, and what each snapshot's places say of rods; shared by all
+    that weigh assignments."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         self.edges = np.argsort(problem.edge_hypothesis, kind="stable")  # each hypothesis' begin at `first`
         self.first = np.searchsorted(problem.edge_hypothesis[self.edges], np.arange(len(problem.log_prior) + 1))
         self.log_look = np.log(np.maximum(problem.look, TINY))
+        self.log_state = np.log(problem.state_prior)
+        self.ties: dict[int, list[Tie]] = {}
+        for tie in problem.ties:
+            self.ties.setdefault(tie.first, []).append(tie)
+            self.ties.setdefault(tie.second, []).append(tie)
         self._views: dict[int, tuple[Int, Int, Float, Int]] = {}
+
+    def of(self, hypothesis: int) -> Int:
+        """The edges of a hypothesis."""
+        return np.asarray(self.edges[self.first[hypothesis] : self.first[hypothesis + 1]])
+
+    def told(self, choice: Int) -> Float:
+        """(R, K): what the looks of a choice (N,) say of every rod, nats."""
+        p = self.problem
+        chosen = np.zeros(len(p.log_prior), dtype=bool)
+        chosen[choice] = True
+        e = np.flatnonzero(chosen[p.edge_hypothesis])
+        out = np.zeros((p.rods, len(p.state_prior)))
+        np.add.at(out, p.edge_rod[e], self.log_look[p.edge_look[e]])
+        return out
 
     def views_of(self, snapshot: int) -> tuple[Int, Int, Float, Int]:
         """The rods that a snapshot's places put in view; and of each edge which of them, the look and the place."""
@@ -70,25 +90,11 @@ class Assignment:
 
     def __init__(self, index: Index, choice: Int) -> None:
         self._index, self._p = index, index.problem
-        p = self._p
-        self._edges, self._first, self._log_look = index.edges, index.first, index.log_look
-        self.choice = choice.copy()
-        self._sum = np.zeros((p.rods, len(p.state_prior)))
-        chosen = np.zeros(len(p.log_prior), dtype=bool)
-        chosen[choice] = True
-        e = np.flatnonzero(chosen[p.edge_hypothesis])
-        np.add.at(self._sum, p.edge_rod[e], self._log_look[p.edge_look[e]])
-        self._ties: dict[int, list[Tie]] = {}
-        for t in p.ties:
-            self._ties.setdefault(t.first, []).append(t)
-            self._ties.setdefault(t.second, []).append(t)
-
-    def _of(self, hypothesis: int) -> Int:
-        return np.asarray(self._edges[self._first[hypothesis] : self._first[hypothesis + 1]])
+        self.choice, self._sum = choice.copy(), index.told(choice)
 
     def _add(self, hypothesis: int, sign: int) -> None:
-        e = self._of(hypothesis)
-        np.add.at(self._sum, self._p.edge_rod[e], sign * self._log_look[self._p.edge_look[e]])
+        e = self._index.of(hypothesis)
+        np.add.at(self._sum, self._p.edge_rod[e], sign * self._index.log_look[self._p.edge_look[e]])
 
     def alternatives(self, snapshot: int) -> Float:
         """(H_i,): log posterior of each place of one snapshot, all others as they are."""
@@ -96,7 +102,7 @@ class Assignment:
         self._add(int(self.choice[snapshot]), -1)
         lo, hi = p.start[snapshot], p.start[snapshot + 1]
         rods, at, look, place = self._index.views_of(snapshot)
-        log_state = np.log(p.state_prior) + self._sum[rods]
+        log_state = self._index.log_state + self._sum[rods]
         state = np.exp(log_state - log_state.max(axis=1, keepdims=True))
         state /= state.sum(axis=1, keepdims=True)
         gain = np.log(np.maximum(np.einsum("ek,ek->e", state[at], look), TINY))
@@ -106,7 +112,7 @@ class Assignment:
 
     def _tie_terms(self, snapshot: int) -> Float | float:
         terms: Float | float = 0.0
-        for t in self._ties.get(snapshot, ()):
+        for t in self._index.ties.get(snapshot, ()):
             if t.first == snapshot:
                 terms = terms + t.log_factor[:, self.choice[t.second] - self._p.start[t.second]]
             else:
@@ -128,14 +134,18 @@ class Assignment:
     def score(self) -> float:
         """Log posterior, nats, up to a constant of the problem."""
         p = self._p
-        x = np.log(p.state_prior) + self._sum
-        top = x.max(axis=1)
-        total = float((np.log(np.exp(x - top[:, None]).sum(axis=1)) + top).sum() + p.log_prior[self.choice].sum())
+        total = float(log_sum(self._index.log_state + self._sum).sum() + p.log_prior[self.choice].sum())
         at = self.choice - p.start[:-1]
         return total + sum(float(t.log_factor[at[t.first], at[t.second]]) for t in p.ties)
 
     def states(self) -> Float:
         """(R, K): probabilities of every rod's states, given the choice."""
-        x = np.log(self._p.state_prior) + self._sum
+        x = self._index.log_state + self._sum
         x = np.exp(x - x.max(axis=1, keepdims=True))
         return np.asarray(x / x.sum(axis=1, keepdims=True))
+
+
+def log_sum(x: Float) -> Float:
+    """(R,) of (R, K)."""
+    top = x.max(axis=1)
+    return np.asarray(np.log(np.exp(x - top[:, None]).sum(axis=1)) + top)

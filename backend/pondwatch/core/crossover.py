@@ -16,7 +16,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .factorgraph import TINY, Decision, Problem, Tie
+from .assignment import Index, log_sum
+from .factorgraph import Decision, Problem, Tie
 from .values import Float, Int
 
 LEAST_NATS = -20.0  # of a rival's posterior against the best, under which it is none
@@ -69,22 +70,14 @@ def _distinct(decisions: Sequence[Decision]) -> list[Int]:
 
 
 class _Parts:
-    """One problem's edges by hypothesis, to weigh what few snapshots do."""
+    """One problem, to weigh what few snapshots do."""
 
     def __init__(self, problem: Problem) -> None:
-        self._p = problem
-        self._edges = np.argsort(problem.edge_hypothesis, kind="stable")
-        self._first = np.searchsorted(problem.edge_hypothesis[self._edges], np.arange(len(problem.log_prior) + 1))
-        self._log_look = np.log(np.maximum(problem.look, TINY))
-        self._log_state = np.log(problem.state_prior)
-        self._ties: dict[int, list[Tie]] = {}
-        for tie in problem.ties:
-            self._ties.setdefault(tie.first, []).append(tie)
-            self._ties.setdefault(tie.second, []).append(tie)
+        self._p, self._index = problem, Index(problem)
 
     def rivals(self, choice: Int, others: Sequence[Int]) -> list[Rival]:
         """Every group in which another choice differs, once, the likeliest first."""
-        told = self._summed(choice)
+        told = self._index.told(choice)
         found: dict[bytes, Rival] = {}
         for other in others:
             for group in self._groups(choice, other):
@@ -100,21 +93,14 @@ class _Parts:
         source = next(d for d in decisions if (d.choice[rival.snapshots] == rival.places).all())
         for i in rival.snapshots.tolist():
             belief[p.start[i] : p.start[i + 1]] = source.belief[p.start[i] : p.start[i + 1]]
-        told = self._log_state + self._summed(choice)
+        told = self._index.log_state + self._index.told(choice)
         state = np.exp(told - told.max(axis=1, keepdims=True))
         state /= state.sum(axis=1, keepdims=True)
         return replace(best, choice=choice, belief=belief, states=state, score=best.score + rival.nats)
 
     def _of(self, hypotheses: Int) -> Int:
         """The edges of some hypotheses."""
-        return np.concatenate([self._edges[self._first[h] : self._first[h + 1]] for h in hypotheses])
-
-    def _summed(self, choice: Int) -> Float:
-        """(R, K): what the looks of a choice say of every rod, nats."""
-        p, out = self._p, np.zeros((self._p.rods, len(self._p.state_prior)))
-        e = self._of(choice)
-        np.add.at(out, p.edge_rod[e], self._log_look[p.edge_look[e]])
-        return out
+        return np.concatenate([self._index.of(h) for h in hypotheses.tolist()])
 
     def _groups(self, choice: Int, other: Int) -> Iterator[Int]:
         """Snapshots that differ, those that share a rod under either choice, or a tie, together."""
@@ -126,7 +112,7 @@ class _Parts:
         tied = [
             (number[t.first], n)
             for n, i in enumerate(differ.tolist())
-            for t in self._ties.get(i, ())
+            for t in self._index.ties.get(i, ())
             if t.second == i and t.first in number
         ]
         snapshot = np.repeat(np.arange(len(differ)), [len(s) for s in seen])
@@ -146,24 +132,18 @@ class _Parts:
         rods, at = np.unique(p.edge_rod[np.concatenate([old, new])], return_inverse=True)
         change = np.zeros((len(rods), len(p.state_prior)))
         sign = np.repeat([-1.0, 1.0], [len(old), len(new)])[:, None]
-        np.add.at(change, at.reshape(-1), sign * self._log_look[p.edge_look[np.concatenate([old, new])]])
-        before = self._log_state + told[rods]
-        seen = float((_log_sum(before + change) - _log_sum(before)).sum())
+        np.add.at(change, at.reshape(-1), sign * self._index.log_look[p.edge_look[np.concatenate([old, new])]])
+        before = self._index.log_state + told[rods]
+        seen = float((log_sum(before + change) - log_sum(before)).sum())
         prior = float((p.log_prior[places] - p.log_prior[choice[group]]).sum())
         return seen + prior + self._tie_gain(choice, group, places)
 
     def _tie_gain(self, choice: Int, group: Int, places: Int) -> float:
         moved = dict(zip(group.tolist(), places.tolist(), strict=True))
-        ties = {id(t): t for i in moved for t in self._ties.get(i, ())}
+        ties = {id(t): t for i in moved for t in self._index.ties.get(i, ())}
 
         def factor(t: Tie, at: dict[int, int]) -> float:
             first, second = (at.get(i, int(choice[i])) - self._p.start[i] for i in (t.first, t.second))
             return float(t.log_factor[first, second])
 
         return sum(factor(t, moved) - factor(t, {}) for t in ties.values())
-
-
-def _log_sum(x: Float) -> Float:
-    """(R,) of (R, K)."""
-    top = x.max(axis=1)
-    return np.asarray(np.log(np.exp(x - top[:, None]).sum(axis=1)) + top)

@@ -17,7 +17,7 @@ from .values import Bool, Float, Float32, Image, Int
 
 WORTH_A_LOOK = 10.0  # standard deviations, from which single looks are asked, or more in bad water
 _CLEAN = 7.5  # under which floor is taken to be as it should be
-_CHANCE = 1.0  # cells over the limit that are expected by chance, an inspection: single looks bear out one in twenty
+_CHANCE = 1.0  # cells over the limit that are expected by chance, an inspection, before single looks are asked
 _LEAST_CELLS = 20
 MOST_REGIONS = 200
 _MARGIN_PX = 3

@@ -73,13 +73,14 @@ def propose(found: RodsFound, prior: Float, reach: Reach, layout: Layout, camera
     """
     q = _metric(found.centres_px, camera)
     places = _fitting(q, found, _headings(q, found, prior, reach.theta_rad, layout), prior, reach, layout, camera)
-    if (
-        one_rod(found) and reach.theta_rad < WIDE_RAD and places.geometry.max(initial=-np.inf) < -ILL_NATS
-    ):  # what else was found shows no heading
+    if one_rod(found) and reach.theta_rad < WIDE_RAD and _best(places) < -ILL_NATS:  # the others show no heading
         by_prior = _fitting(q, found, prior[2:3], prior, reach, layout, camera)
-        if by_prior.geometry.max(initial=-np.inf) > places.geometry.max(initial=-np.inf):
-            places = by_prior
-    return places.take(np.flatnonzero(places.geometry >= places.geometry.max(initial=-np.inf) - KEEP_NATS))
+        places = max(places, by_prior, key=_best)
+    return places.take(np.flatnonzero(places.geometry >= _best(places) - KEEP_NATS))
+
+
+def _best(places: Places) -> float:
+    return float(places.geometry.max(initial=-np.inf))
 
 
 def _fitting(

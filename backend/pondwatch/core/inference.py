@@ -31,11 +31,11 @@ def decide(problem: Problem, seed: int = 0, restarts: int = 24, agree: int = 3, 
     """Search for the best assignment.
 
     Args:
-        restarts: about so many runs at most; the first starts from even messages without a ramp.
+        restarts: so many runs at most; the first starts from even messages without a ramp.
         agree: stop once the best score was reached by so many runs.
 
     Returns:
-        The distinct assignments found, best first.
+        The assignments found, best first, some of them more than once.
     """
     graph, size = Graph(problem), len(problem.log_prior)
     found = _runs(graph, np.zeros((size, 1)), np.zeros((size, 1)), iterations, 1)

@@ -163,7 +163,9 @@ class LatticeCorrector:
         chosen = [joint.chosen(e, i) for i, e in enumerate(evidence)]
         profile, taught = before, self._taught
         if before is None or taught < ENOUGH_TAUGHT:
-            profile = self._placing.learn(evidence, chosen, joint.trust, kinds, before.axis if before else None)
+            profile = self._placing.teaching.learn(
+                evidence, chosen, joint.trust, kinds, before.axis if before else None
+            )
             taught = len(evidence)
 
         def place(i: int) -> Placed:

@@ -56,11 +56,10 @@ class Placed:
 
 
 class Placing:
-    """Refinement in one setting."""
+    """Refinement in one setting. teaching: what its rods look like."""
 
     def __init__(self, setting: Setting) -> None:
-        self._setting, self._teaching = setting, Teaching(setting)
-        self.learn = self._teaching.learn
+        self._setting, self.teaching = setting, Teaching(setting)
 
     def kinds(self, vocabulary: Vocabulary, state: Float) -> Int:
         """(R,): which profile each rod follows."""
@@ -101,12 +100,12 @@ class Placing:
         for start in several:
             if len(several) > 1:
                 start = self._focused(e, start, kinds, profile)
-            patches, centres = self._teaching.cut(e, start, kinds, profile.axis)
+            patches, centres = self.teaching.cut(e, start, kinds, profile.axis)
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
             if np.hypot(*result.shift[:2]) < STRAY_PX:
-                found.append((self._teaching.moved(start, result.shift), result))
+                found.append((self.teaching.moved(start, result.shift), result))
         if not found:
             return None
         least = min(r.variance for _, r in found)
@@ -132,11 +131,11 @@ class Placing:
 
     def _focused(self, e: Evidence, pose: Float, kinds: Int, profile: Profile) -> Float:
         """A first fit, out of focus, which reaches further; the pose as it was where it strays."""
-        patches, centres = self._teaching.cut(e, pose, kinds, profile.axis, FOCUS_PX)
+        patches, centres = self.teaching.cut(e, pose, kinds, profile.axis, FOCUS_PX)
         if not len(centres):
             return pose
         shift = fit(patches, centres, centre_px(self._setting.camera), profile.blurred(FOCUS_PX), 4).shift
-        return self._teaching.moved(pose, shift) if np.hypot(*shift[:2]) < 3 * STRAY_PX else pose
+        return self.teaching.moved(pose, shift) if np.hypot(*shift[:2]) < 3 * STRAY_PX else pose
 
     def corrected(self, p: Placed, threshold: float, noise: NoiseModel) -> CorrectedPose:
         """With its status. A snapshot that shows no rod keeps its noisy pose, as uncertain as that is."""

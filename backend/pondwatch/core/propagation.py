@@ -32,7 +32,7 @@ def propagate(graph: Graph, log_prior: Float, jitter: Float, iterations: int, ra
     evidence = np.zeros((0, len(running)), np.float32)
     for step in range(iterations):
         share = min(1.0, (step + 1) / max(1, ramp))
-        if share < 1 or look.shape[-1] != len(running) or step < ramp:
+        if step < max(1, ramp):
             look = graph.looks(len(running), share)
             room = room if room.shape == look.shape else np.empty_like(look)
         weight = log_prior[:, running] + (1 - share) * jitter[:, running]

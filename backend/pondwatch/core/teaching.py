@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -12,6 +13,8 @@ from .evidence import Evidence, Setting
 from .frames import centre_px, pond_to_image
 from .refine import fit
 from .values import Float, Int
+
+T = TypeVar("T")
 
 TEACHERS, JUDGES = 40, 16  # snapshots that the profile is learned from, and the channel weights
 ROUNDS = 2  # of learning the profile and fitting the poses by it
@@ -63,7 +66,7 @@ class Teaching:
                 taught[i] = self.moved(taught[i], result.shift)
                 covariance = result.variance * max(1.0, result.disagreement) * np.linalg.inv(result.normal)
                 uncertainty.append(float(covariance[0, 0] + covariance[1, 1]))
-        return _required_profile(profile), taught, float(np.median(uncertainty))
+        return _required(profile), taught, float(np.median(uncertainty))
 
     def _around(
         self, evidence: Sequence[Evidence], poses: dict[int, Float], kinds: Int, axis: Float
@@ -112,13 +115,7 @@ def _spread_evenly(index: Sequence[int], poses: Sequence[Float | None], most: in
     return {i: _required(poses[i]) for i in chosen}
 
 
-def _required_profile(profile: Profile | None) -> Profile:
-    if profile is None:
-        raise ValueError("a profile is needed here")
-    return profile
-
-
-def _required(pose: Float | None) -> Float:
-    if pose is None:
-        raise ValueError("a pose is needed here")
-    return pose
+def _required(value: T | None) -> T:
+    if value is None:
+        raise ValueError("a pose or a profile is needed here")
+    return value
