@@ -25,7 +25,7 @@ from pondwatch.simulator.spec import SimulationSpec
 from pondwatch.simulator.things import Thing
 
 from .pages import ROOT, number, table, write_page
-from .ponds import Kept, Record
+from .ponds import CORE, SIMULATOR, Kept, Record
 
 FIRST_SEED = 19101
 WATERS = ("clear", "murky")
@@ -70,7 +70,7 @@ class Looked:
 
 def run(seeds: int = SEEDS) -> None:
     """Measure what is not measured yet, and write all of it down."""
-    kept = Kept("findings")
+    kept = Kept("findings", code=(CORE, SIMULATOR))
     done = {record["case"]: record for record in kept.records()}
     for case in cases(seeds):
         if case.name not in done:

@@ -28,7 +28,7 @@ from pondwatch.store.store import Store
 from tests.fakes.inspections import stored
 
 from .pages import ROOT, number, table, write_page
-from .ponds import Kept, Record
+from .ponds import CORE, SIMULATOR, Kept, Record
 
 FIRST_SEED = 8101
 SMALL = SimulationSpec(margin_px=24.0)
@@ -107,7 +107,7 @@ class Twist:
 
 def run() -> None:
     """Measure what is not measured yet, and write all of it down."""
-    kept = Kept("pairs")
+    kept = Kept("pairs", code=(CORE, SIMULATOR))
     done = {record["case"]: record for record in kept.records()}
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder), f"sqlite:///{folder}/t.sqlite") as store:
         bases = dict[int, Inspected]()

@@ -1,11 +1,12 @@
 """Ponds that are simulated, corrected and scored in this process, and what was found kept in a file, line by line.
 
 For benches of hundreds of ponds: no picture touches a disk and no mosaic is assembled. A bench that was cut off goes on
-where it was, and one whose code (core and simulator) changed begins anew.
+where it was, and one whose code (the simulator, and what the corrector is made of) changed begins anew.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 import time
@@ -29,6 +30,7 @@ from .score import GROSS_PX, Figures, Result, Truth, error_px, identity, read_tr
 
 KEPT = ROOT / "build" / "bench"
 CORE, SIMULATOR = (ROOT / "backend" / "pondwatch" / room for room in ("core", "simulator"))
+CORRECTOR = CORE / "corrector.py"
 BOUNDS = 16  # snapshots of a pond whose Cramér-Rao bound is worked out
 Record = dict[str, Any]
 
@@ -120,7 +122,7 @@ def jumps(truth: Truth, result: Result, pitch_px: float) -> Figures:
 class Kept:
     """Records of a bench, each appended as it is made; in a file named after the code that they depend on."""
 
-    def __init__(self, bench: str, folder: Path = KEPT, code: Sequence[Path] = (CORE, SIMULATOR)) -> None:
+    def __init__(self, bench: str, folder: Path = KEPT, code: Sequence[Path] = (CORRECTOR, SIMULATOR)) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.path = folder / f"{bench}-{code_digest(code)[:12]}.jsonl"
 
@@ -135,12 +137,26 @@ class Kept:
             file.write(json.dumps(record) + "\n")
 
 
-def code_digest(folders: Sequence[Path]) -> str:
-    """SHA-256 of the Python files in some folders."""
+def code_digest(code: Sequence[Path]) -> str:
+    """SHA-256 of the Python files in folders, and of modules with all that they need of their own folder."""
     digest = hashlib.sha256()
-    for path in (path for folder in folders for path in sorted(folder.glob("*.py"))):
+    for path in (path for part in code for path in (sorted(part.glob("*.py")) if part.is_dir() else needed(part))):
         digest.update(path.read_bytes())
     return digest.hexdigest()
+
+
+def needed(module: Path) -> list[Path]:
+    """A module and all in its folder that it imports, directly or not."""
+    found, waiting = set[Path](), [module]
+    while waiting:
+        path = waiting.pop()
+        found.add(path)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                names = [node.module.split(".")[0]] if node.module else [alias.name for alias in node.names]
+                paths = {path.parent / f"{name}.py" for name in names}
+                waiting += [other for other in paths - found if other.exists()]
+    return sorted(found)
 
 
 def pooled(records: Sequence[Record], share: float) -> float | None:

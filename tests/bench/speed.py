@@ -29,7 +29,7 @@ from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 
 from .pages import number, table, write_page
-from .ponds import Kept, Record
+from .ponds import CORE, SIMULATOR, Kept, Record
 from .simulated import simulated_bundles
 
 SIZES = (221, 1000, 5000)
@@ -48,7 +48,7 @@ These are CPU times of one core: what else the machine did counts as far only as
 
 def run(bundles: Path | None, method: str, quick: bool = False) -> None:
     """Measure what is not yet there, and write down."""
-    kept = Kept("speed")
+    kept = Kept("speed", code=(CORE, SIMULATOR))
     for size in SIZES:
         there = any((r.get("size"), r["method"]) == (size, method) for r in kept.records())
         if not there and (size <= QUICK or not quick):

@@ -16,7 +16,7 @@ from pondwatch.simulator.simulation import Simulation
 from pondwatch.simulator.spec import SimulationSpec
 from tests.bench import factors, moonshot
 from tests.bench.bound import bound_px
-from tests.bench.ponds import Kept, jumps, measured, pooled, simulated
+from tests.bench.ponds import CORRECTOR, Kept, code_digest, jumps, measured, needed, pooled, simulated
 from tests.bench.score import Result
 
 SMALL = SimulationSpec(snapshots=10, image_kind="png", margin_px=20.0)
@@ -76,6 +76,21 @@ def test_records_survive_a_line_that_was_cut_off(tmp_path: Path) -> None:
         file.write('{"x": 2')
 
     assert Kept("a", tmp_path).records() == [{"x": 1}]
+
+
+def test_records_of_poses_outlive_a_change_of_what_poses_do_not_depend_on(tmp_path: Path) -> None:
+    (tmp_path / "corrector.py").write_text("from . import noise\nfrom .lattice import Lattice\n")
+    (tmp_path / "lattice.py").write_text("import math\nfrom .values import Pose\n")
+    for name in ("noise", "values", "report"):
+        (tmp_path / f"{name}.py").write_text("")
+    before = code_digest([tmp_path / "corrector.py"])
+
+    (tmp_path / "report.py").write_text("x = 1\n")
+    same = code_digest([tmp_path / "corrector.py"])
+    (tmp_path / "values.py").write_text("x = 1\n")
+
+    assert same == before != code_digest([tmp_path / "corrector.py"])
+    assert {p.stem for p in needed(CORRECTOR)} >= {"corrector", "lattice", "graph", "refine", "hypotheses", "values"}
 
 
 def test_quantiles_are_of_all_ponds_together() -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -14,6 +17,9 @@ from pondwatch.core.findings import NOTHING, Condition, Kind, find
 from pondwatch.core.frames import image_to_raster_affine, pond_to_image
 from pondwatch.core.layouts import lattice
 from pondwatch.core.values import Camera, Float, Image, Pond, RodReading, RodState
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 SCALE = 0.001
 CAMERA, WIDE = Camera(120, 90, SCALE), Camera(200, 150, SCALE)
@@ -199,6 +205,20 @@ def drawn_along(pose: Float, off: Float) -> Float:
     x, y = pose[:2] - centre
     moved = centre - off[mine].mean(axis=0) + (x + turn * y, y - turn * x)
     return np.append(moved, pose[2] - turn)
+
+
+def test_work_that_is_done_in_parts_elsewhere_in_another_order_finds_the_same() -> None:
+    done: list[int] = []
+
+    def elsewhere(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+        done.append(len(things))
+        return [pickle.loads(pickle.dumps(work(thing))) for thing in reversed(things)][::-1]
+
+    shots = looks(put(drawn(), 0.176, 0.124, 7, (30, 60, 220)))
+    here, there = seen(shots), find(shots, CAMERA, POND, READ, elsewhere)
+
+    assert there.findings == here.findings != ()
+    assert max(done) > 1
 
 
 def test_the_order_of_looks_changes_nothing() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pondwatch.jobs import spreading
-from pondwatch.jobs.spreading import LEAST, beside, spread_out
+from pondwatch.jobs.spreading import LEAST, beside, spread_few, spread_out
 
 SELF, OPEN = os.getpid(), Path("/proc/self/fd")  # files that are open, where the system tells
 
@@ -28,6 +28,12 @@ def test_results_come_in_the_order_of_the_things(cores, count):
 
 def test_as_many_processes_work_as_there_are_cores(cores):
     assert len(set(spread_out(lambda _: os.getpid(), range(3 * LEAST), ()))) == cores
+
+
+def test_few_large_things_are_spread_too_each_to_one_process(cores):
+    assert spread_few(lambda k: k * k, range(2), ()) == [0, 1]
+    assert len(set(spread_few(lambda _: os.getpid(), range(2), ()))) == min(cores, 2)
+    assert spread_few(lambda k: k, [], ()) == []
 
 
 def test_what_is_shared_comes_back_as_itself_and_the_rest_as_its_equal(cores):

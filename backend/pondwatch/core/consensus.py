@@ -6,7 +6,7 @@ over `_LIGHT_PX`: what is smaller than that, and in all looks, is left as it is.
 
 A median of a fixed number of 8-bit looks is taken by a sorting network over whole rasters (Batcher, "Sorting networks
 and their applications", doi:10.1145/1468075.1468121), which costs two passes a comparison and no sort. Memory: `_DEPTH`
-looks of a band of at most `_BAND_PX` pixels, 44 MB.
+looks of a band of at most `_BAND_PX` pixels, 22 MB, for each band that is worked on.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .frames import footprint_pond, image_to_raster_affine, pond_to_raster, raster_size_px
+from .ports import Spread, one_by_one
 from .values import Bool, Camera, Float, Image, Pond, Rect
 
 _DEPTH = 11  # looks at a pixel that are held; further ones are left out
-_BAND_PX = 1_000_000
+_BAND_PX = 500_000
 _LIGHT_PX = 20  # of the raster: over which looks are brought to one light
 _COARSE = 4  # pixels a side that the light is worked out on
 _MOST_GAIN = 2.5
@@ -53,17 +54,16 @@ class Consensus:
     warps: tuple[Warp, ...]
 
 
-def consensus(looks: Sequence[Look], camera: Camera, pond: Pond, metres_per_pixel: float) -> Consensus:
+def consensus(
+    looks: Sequence[Look], camera: Camera, pond: Pond, metres_per_pixel: float, spread: Spread = one_by_one
+) -> Consensus:
     """The median of the looks at every pixel of a raster over the pond."""
     width, height = raster_size_px(pond, metres_per_pixel)
     warps = tuple(Warp.of(look, camera, pond, metres_per_pixel) for look in looks)
-    image, count = np.zeros((height, width, 3), np.uint8), np.zeros((height, width), np.uint8)
-    burnt = np.zeros((height, width), bool)
-    rows = max(1, _BAND_PX // width)
-    for top in range(0, height, rows):
-        band = Rect(0, top, width, min(rows, height - top))
-        part = slice(top, top + band.height)
-        image[part], count[part], burnt[part] = _of_band([w for w in warps if w.part(band)], band)
+    rows = -(-height // max(1, -(-height * width // _BAND_PX)))
+    bands = [Rect(0, top, width, min(rows, height - top)) for top in range(0, height, rows)]
+    made = spread(lambda band: _of_band([w for w in warps if w.part(band)], band), bands, ())
+    image, count, burnt = (np.concatenate(part) for part in zip(*made, strict=True))
     return Consensus(image, count, burnt, metres_per_pixel, warps)
 
 

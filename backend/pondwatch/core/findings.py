@@ -26,6 +26,7 @@ from .floormaps import Maps, Region, regions_of, surroundings, worth_a_look
 from .frames import pond_to_raster, raster_to_pond
 from .mosaic import default_metres_per_pixel
 from .offsets import Offsets, measured, settled
+from .ports import Spread, one_by_one
 from .residual import residuals
 from .values import Bool, Camera, Float, Pond, RodReading
 from .witnesses import LEAST_LOOKS, agreeing, is_borne_out, is_steady, pattern_shares, shares
@@ -82,23 +83,26 @@ class Condition:
 NOTHING = Condition((), None, 0.0)
 
 
-def find(looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodReading]) -> Condition:
+def find(
+    looks: Sequence[Look], camera: Camera, pond: Pond, rods: Sequence[RodReading], spread: Spread = one_by_one
+) -> Condition:
     """Look over a pond.
 
     Args:
         looks: snapshots that lie surely where they are said to.
         rods: a reading for every rod of the layout, in its order.
+        spread: of few things, each much work.
     """
     if not pond.rods or len(looks) < LEAST_LOOKS:
         return NOTHING
     scale = _scale(camera, pond)
-    agreed = consensus(looks, camera, pond, scale)
+    agreed = consensus(looks, camera, pond, scale, spread)
     sites, maps = sites_of(pond, rods), Maps.blank(agreed.count.shape, scale)
     peaks: list[Float] = []
     off, at_rod, mended = np.full((len(pond.rods), 2), np.nan), np.zeros(len(pond.rods)), np.zeros(len(pond.rods))
     for which in sites.parts():
         cells = cut(agreed, pond, sites, which)
-        left = residuals(cells, pond.rods[0].inner_radius_m / scale)
+        left = residuals(cells, pond.rods[0].inner_radius_m / scale, spread)
         peaks.append(left.z.max(axis=(1, 2))[_mostly(left.examined)])
         mine = cells.rod >= 0
         offset, explains = measured(cells, left, pond, scale)

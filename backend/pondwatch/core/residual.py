@@ -15,9 +15,11 @@ import cv2
 import numpy as np
 
 from .cells import EMPTY, FULL, OTHER, VACANT, Cells
+from .ports import Spread, one_by_one
 from .values import Bool, Float32, Int
 
 WIDTHS_PX = (0.0, 1.5, 3.5, 8.0)  # sigma over which residuals are summed: things are of any size
+_TOGETHER = ((EMPTY, FULL, OTHER), (VACANT,))  # kinds whose residuals are alike
 _LEAST_TO_LEARN = 6  # cells of a kind
 _MOST_TO_LEARN = 60
 _LEAST_OF_CELL = 0.65  # of what is seen of the one that most is seen of, to learn from it
@@ -43,50 +45,81 @@ class Residuals:
     expected: Float32
 
 
-def residuals(cells: Cells, inner_px: float) -> Residuals:
+def residuals(cells: Cells, inner_px: float, spread: Spread = one_by_one) -> Residuals:
     """Learn how cells look, and where each looks otherwise.
 
     Args:
-        inner_px: the rods' inner radius, px of the raster.
+        inner_px: the rods' inner radius, px of the raster. spread: of few things, each much work.
     """
-    steps = np.arange(-cells.reach, cells.reach + 1, dtype=np.float32)
-    radius = np.hypot(steps[None, :], steps[:, None])
-    inside, outside = radius < inner_px - _RIM_PX, radius > inner_px + _RIM_PX
-    examined = np.zeros(cells.seen.shape, bool)
-    expected = np.zeros_like(cells.value)
-    grey = np.zeros_like(cells.value)
-    around = np.flatnonzero((cells.kind != VACANT) & _well_seen(cells, outside))
-    light = _light(steps)
-    whole = cells.seen.any(axis=0)
-    look, known = _learn(cells, around, outside, light)
-    if look is None:
-        return Residuals(np.zeros(examined.shape, np.float32), grey, examined, expected)
-    looks = dict.fromkeys((EMPTY, FULL, OTHER), look)
-    areas = dict.fromkeys((EMPTY, FULL, OTHER), outside & known)
-    for kind in (EMPTY, FULL):
-        mine = _spread_evenly(np.flatnonzero((cells.kind == kind) & _well_seen(cells, outside)))
-        if len(mine) >= _LEAST_TO_LEARN:
-            fitted = _in_common_light(cells, mine, look, outside, light)
-            within = _median_seen(fitted, cells.seen[mine])
-            looks[kind] = np.where(inside[..., None], within, look)
-            areas[kind] = (inside | outside) & known
-    vacant = np.flatnonzero((cells.kind == VACANT) & _well_seen(cells, radius >= 0))
-    bare, known = _learn(cells, vacant, radius >= 0, light)
-    if bare is not None:
-        looks[VACANT], areas[VACANT] = bare, known
-    for k, kind in enumerate(cells.kind.tolist()):
-        if kind in looks:
-            examined[k] = cells.seen[k] & areas[kind]
-            fit_area = examined[k] & (outside | (kind == VACANT)) & ~cells.burnt[k]
-            if fit_area.sum() < _LEAST_TO_FIT * (areas[kind] & (outside | (kind == VACANT)) & whole).sum():
-                examined[k] = False  # the light of a cell is not told by a corner of it
-                continue
-            expected[k] = _relit(cells.value[k], looks[kind], fit_area, light)
-            if kind in (EMPTY, FULL):
-                _level(cells.value[k], expected[k], examined[k] & inside, inside)
-            examined[k] = _less_burnt(examined[k], cells.burnt[k], expected[k])
+    learned = _Learned.of(cells, inner_px)
+    explained = spread(lambda k: learned.explained(cells, k), range(len(cells.kind)), ())
+    expected = np.array([e for e, _ in explained], np.float32).reshape(cells.value.shape)
+    examined = np.array([e for _, e in explained], bool).reshape(cells.seen.shape)
+    for kinds in _TOGETHER:
+        mine = _of_kinds(cells, examined, kinds)
+        if len(mine) < _LEAST_TO_LEARN:
+            examined[mine] = False
     grey = np.where(examined[..., None], cells.value - expected, np.float32(0))
-    return Residuals(_significance(cells, grey, examined), grey, examined, expected)
+    most = spread(lambda width: _significance(cells, grey, examined, width), WIDTHS_PX, ())
+    z = np.where(examined, np.sqrt(np.max(most, axis=0)), np.float32(0))
+    return Residuals(z, grey, examined, expected)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Learned:
+    """How cells of each kind look: looks (P, P, 3), known in areas (P, P); none where too little was seen. inside,
+    outside: (P, P), of the inner circle. whole: (P, P), what any cell shows. light: (P, P, 3)."""
+
+    looks: dict[int, Float32]
+    areas: dict[int, Bool]
+    inside: Bool
+    outside: Bool
+    whole: Bool
+    light: Float32
+
+    @classmethod
+    def of(cls, cells: Cells, inner_px: float) -> _Learned:
+        """Of all cells together."""
+        steps = np.arange(-cells.reach, cells.reach + 1, dtype=np.float32)
+        radius = np.hypot(steps[None, :], steps[:, None])
+        inside, outside = radius < inner_px - _RIM_PX, radius > inner_px + _RIM_PX
+        learned = cls({}, {}, inside, outside, np.asarray(cells.seen.any(axis=0)), _light(steps))
+        around = np.flatnonzero((cells.kind != VACANT) & _well_seen(cells, outside))
+        look, known = _learn(cells, around, outside, learned.light)
+        if look is not None:
+            learned.looks.update(dict.fromkeys((EMPTY, FULL, OTHER), look))
+            learned.areas.update(dict.fromkeys((EMPTY, FULL, OTHER), outside & known))
+            learned._learn_insides(cells, look, known)
+            vacant = np.flatnonzero((cells.kind == VACANT) & _well_seen(cells, radius >= 0))
+            bare, known = _learn(cells, vacant, radius >= 0, learned.light)
+            if bare is not None:
+                learned.looks[VACANT], learned.areas[VACANT] = bare, known
+        return learned
+
+    def _learn_insides(self, cells: Cells, look: Float32, known: Bool) -> None:
+        """What empty and full rods look like inside, in the light of what is around all."""
+        for kind in (EMPTY, FULL):
+            mine = _spread_evenly(np.flatnonzero((cells.kind == kind) & _well_seen(cells, self.outside)))
+            if len(mine) >= _LEAST_TO_LEARN:
+                fitted = _in_common_light(cells, mine, look, self.outside, self.light)
+                within = _median_seen(fitted, cells.seen[mine])
+                self.looks[kind] = np.where(self.inside[..., None], within, look)
+                self.areas[kind] = (self.inside | self.outside) & known
+
+    def explained(self, cells: Cells, k: int) -> tuple[Float32, Bool]:
+        """(P, P, 3), how cell k should look, in its light; and (P, P), where that can be said of it."""
+        kind, value, nothing = int(cells.kind[k]), cells.value[k], np.zeros(cells.seen[k].shape, bool)
+        if kind not in self.looks:
+            return np.zeros_like(value), nothing
+        told_by = self.outside | (kind == VACANT)
+        examined = cells.seen[k] & self.areas[kind]
+        fit_area = examined & told_by & ~cells.burnt[k]
+        if fit_area.sum() < _LEAST_TO_FIT * (self.areas[kind] & told_by & self.whole).sum():
+            return np.zeros_like(value), nothing  # the light of a cell is not told by a corner of it
+        expected = _relit(value, self.looks[kind], fit_area, self.light)
+        if kind in (EMPTY, FULL):
+            _level(value, expected, examined & self.inside, self.inside)
+        return expected, _less_burnt(examined, cells.burnt[k], expected)
 
 
 def _level(value: Float32, expected: Float32, area: Bool, inside: Bool) -> None:
@@ -185,22 +218,24 @@ def _every_third(area: Bool) -> Int:
     return np.asarray(3 * (down * area.shape[1] + right))
 
 
-def _significance(cells: Cells, grey: Float32, examined: Bool) -> Float32:
-    """(K, P, P): the greatest over widths of the residual in its standard deviations, the colours together."""
-    most = np.zeros(examined.shape, np.float32)
+def _of_kinds(cells: Cells, examined: Bool, kinds: tuple[int, ...]) -> Int:
+    """The cells of some kinds of which anything was examined."""
+    return np.flatnonzero(np.isin(cells.kind, kinds) & examined.any(axis=(1, 2)))
+
+
+def _significance(cells: Cells, grey: Float32, examined: Bool, width: float) -> Float32:
+    """(K, P, P): the residual over a width in its standard deviations, the colours together, squared."""
+    out = np.zeros(examined.shape, np.float32)
     fewer = np.sqrt(np.maximum(1.0, np.median(cells.looks) / np.maximum(cells.looks, 1)))[:, None, None, None]
-    for width in WIDTHS_PX:
-        smooth, share = _smoothed(grey, examined, width)
-        for kinds in ((EMPTY, FULL, OTHER), (VACANT,)):
-            mine = np.flatnonzero(np.isin(cells.kind, kinds) & examined.any(axis=(1, 2)))
-            if len(mine) < _LEAST_TO_LEARN:
-                examined[mine] = False
-                continue
+    smooth, share = _smoothed(grey, examined, width)
+    for kinds in _TOGETHER:
+        mine = _of_kinds(cells, examined, kinds)
+        if len(mine):
             some = _spread_evenly(mine)
             sigma = _spread(smooth[some], examined[some], width)
             z = smooth[mine] / (sigma * fewer[mine].astype(np.float32)) * _steadiness(share[mine], examined[mine])
-            most[mine] = np.maximum(most[mine], _together(z, examined[mine]))
-    return np.where(examined, np.sqrt(most), np.float32(0))
+            out[mine] = _together(z, examined[mine])
+    return out
 
 
 def _together(z: Float32, examined: Bool) -> Float32:

@@ -147,14 +147,14 @@ class Held:
         """What comes while a joint decision is made is decided again after it: much of it, in a backlog."""
         return arrived < MANY_ARRIVED or len(self.images) >= BACKLOG_GROWTH * self.thought_of
 
-    def condition(self) -> Condition:
+    def condition(self, spread: Spread = one_by_one) -> Condition:
         """What the floor shows that no layout explains, by the snapshots that lie surely where they do."""
         looks = [
             Look(self.images[key], np.array(shown.pose))
             for key, shown in sorted(self.shown.items())
             if shown.status is Status.PLACED and key in self.images
         ]
-        return find(looks, self.inspection.camera, self.inspection.pond, self.corrector.rods())
+        return find(looks, self.inspection.camera, self.inspection.pond, self.corrector.rods(), spread)
 
     def _changed_rods(self) -> tuple[RodReading, ...]:
         changed = tuple(r for r in self.corrector.rods() if r != self.rods.get(r.rod_id, _unseen(r.rod_id)))

@@ -38,7 +38,16 @@ def spread_out(work: Callable[[T], R], things: Sequence[T], shared: Sequence[obj
     Args:
         shared: values that `work` may return, none of which ever changes.
     """
-    parts = cores() if len(things) >= LEAST else 1
+    return _spread(work, things, shared, LEAST)
+
+
+def spread_few(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+    """The same, of things each of which is much work."""
+    return _spread(work, things, shared, 2)
+
+
+def _spread(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], least: int) -> list[R]:
+    parts = min(cores(), len(things)) if len(things) >= least else 1
     cuts = [len(things) * k // parts for k in range(parts + 1)]
     own, *others = (partial(_each, work, things[a:b]) for a, b in pairwise(cuts))
     children = [beside(other, shared) for other in others]
