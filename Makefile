@@ -22,7 +22,7 @@ NPM_STAMP := $(if $(wildcard frontend/package-lock.json),frontend/node_modules/.
 BENCHES := accuracy speed live
 LONG_BENCHES := grid factors baselines pairs findings moonshot
 
-.PHONY: help run setup setup-test test test-long test-paper check lint bench $(BENCHES) $(LONG_BENCHES) wheel pictures reference lock clean
+.PHONY: help run setup setup-test test test-long test-paper test-postgres check lint bench $(BENCHES) $(LONG_BENCHES) wheel pictures reference lock clean
 
 help:  ## list what can be made
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 14
@@ -44,6 +44,9 @@ test-long: setup-test $(VENV)/.train chromium  ## the long tests: 200 kills, a f
 test-paper: setup-test $(VENV)/.train  ## the paper's networks, trained on a tiny set (installs torch)
 	$(BIN)/mypy models
 	$(BIN)/python -m pytest tests/models tests/simulator/test_sfp10.py
+
+test-postgres: setup-test $(VENV)/.postgres  ## store, jobs and API on a server: make test-postgres POSTGRES=postgresql+psycopg://user@host
+	$(BIN)/python -m pytest -m "not long" -p tests.fakes.postgres --postgres "$(POSTGRES)" tests/store tests/jobs tests/api
 
 check: lint  ## style, types, import layers, budgets, and that the docs tell all
 	$(BIN)/python -m pytest tests/test_house.py tests/test_docs.py
@@ -99,6 +102,10 @@ $(VENV)/.test: requirements-test.lock $(VENV)/.runtime
 
 $(VENV)/.train: requirements-train.lock $(VENV)/.runtime
 	$(LOCKED) requirements-train.lock
+	@touch $@
+
+$(VENV)/.postgres: requirements-postgres.lock $(VENV)/.runtime
+	$(LOCKED) requirements-postgres.lock
 	@touch $@
 
 $(VENV)/.lock: | $(BIN)/python

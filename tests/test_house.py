@@ -21,10 +21,17 @@ from tools import budgets
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-LOCKS = ("requirements.lock", "requirements-test.lock", "requirements-train.lock", "frontend/package-lock.json")
+LOCKS = (
+    "requirements.lock",
+    "requirements-test.lock",
+    "requirements-postgres.lock",
+    "requirements-train.lock",
+    "frontend/package-lock.json",
+)
 NEEDS = {
     "requirements.lock": PROJECT["dependencies"],
     "requirements-test.lock": PROJECT["dependencies"] + PROJECT["optional-dependencies"]["test"],
+    "requirements-postgres.lock": PROJECT["dependencies"] + PROJECT["optional-dependencies"]["postgres"],
     "requirements-train.lock": PROJECT["dependencies"] + PROJECT["optional-dependencies"]["train"],
 }
 SESSION = {
@@ -66,7 +73,7 @@ def test_running_and_testing_use_the_same_versions() -> None:
     assert pins("requirements.lock").items() <= tested.items()
 
 
-@pytest.mark.parametrize("lock", ["requirements.lock", "requirements-test.lock"])
+@pytest.mark.parametrize("lock", ["requirements.lock", "requirements-test.lock", "requirements-postgres.lock"])
 def test_every_locked_package_has_a_digest(lock: str) -> None:
     entries = re.split(r"\n(?=\S)", (ROOT / lock).read_text().strip())
 

@@ -43,6 +43,7 @@ def test_the_migrations_end_at_the_tables_that_the_code_uses(tmp_path: Path) -> 
     engine.dispose()
 
 
+@pytest.mark.sqlite
 def test_the_writer_syncs_every_commit_and_readers_can_neither_write_nor_checkpoint(store: Store) -> None:
     def ask(connection: Any, *names: str) -> list[Any]:
         return [connection.execute(text(f"PRAGMA {name}")).scalar_one() for name in names]

@@ -62,7 +62,8 @@ def reader_engine(url: str) -> Engine:
     """An engine whose connections only read; open it after the writer's first connection."""
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
-        return create_engine(url, pool_size=16)
+        one_state = {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}  # for all that a unit reads
+        return create_engine(url, pool_size=16, execution_options=one_state)
     read_only = parsed.set(database=f"file:{parsed.database}", query={"mode": "ro", "uri": "true"})
     return _prepare(
         create_engine(read_only, poolclass=QueuePool, pool_size=16, max_overflow=48), _READER_PRAGMAS, "BEGIN"

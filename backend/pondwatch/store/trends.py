@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, func, select
+from sqlalchemy import Connection, Integer, RowMapping, cast, func, select
 
 from .tables import rod_readings, rods, sessions
 
@@ -50,7 +50,13 @@ def counts(connection: Connection, session_id: str) -> dict[str, Any]:
     """How many rods of a session's layout were read as what; `conflicting`; `rods`, of the layout; `mean_fill`."""
     r = rod_readings.c
     query = (
-        select(r.state, func.count().label("n"), func.sum(r.conflicting), func.sum(r.fill), func.count(r.fill))
+        select(
+            r.state,
+            func.count().label("n"),
+            func.sum(cast(r.conflicting, Integer)),
+            func.sum(r.fill),
+            func.count(r.fill),
+        )
         .where(r.session_id == session_id)
         .group_by(r.state)
     )
