@@ -69,9 +69,8 @@ def correct_bundle(
     mosaic = _assemble(bundle, taken, poses.get, progress)
     unplaced = {row.key: CorrectedPose(row.key, None, None, Status.REJECTED) for row in rows}
     in_order = tuple(poses.get(row.key, unplaced[row.key]) for row in bundle.rows)
-    quality = corrector.quality()
+    quality, image = corrector.quality(), mosaic.bgra()
     progress("Looking over the floor", len(taken), len(taken))
-    image = mosaic.bgra()
     return CorrectedBundle(in_order, rods, image, mosaic.metres_per_pixel, quality, tuple(faults), look_over())
 
 
