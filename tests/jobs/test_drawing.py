@@ -94,6 +94,16 @@ def test_tiles_are_drawn_in_time_though_revisions_never_stop(house: House) -> No
     assert drawn_at == [10 * AFTER_S * BUSY_PATIENCE]
 
 
+def test_once_a_session_has_ended_nothing_of_it_is_waited_for(house: House) -> None:
+    take_in(house, Shot(0))
+    assert house.steps.waits(house.session)
+
+    house.finish()
+
+    assert lacking(house) == set()
+    assert not house.steps.waits(house.session)
+
+
 def test_what_was_behind_when_the_server_ended_is_drawn_by_the_next(house: House, tmp_path: Path) -> None:
     take_in(house, Shot(0), Shot(1))
     house.restart()

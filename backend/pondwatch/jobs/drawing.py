@@ -52,6 +52,10 @@ class Drawing:
         known = self._rounds.setdefault(session_id, _Round(now_s, now_s, revision))
         known.touched_s, known.newest = now_s, revision
 
+    def over(self, session_id: str) -> None:
+        """The session has ended, which drew all its tiles."""
+        self._rounds.pop(session_id, None)
+
     def waits(self, session_id: str) -> bool:
         """Whether tiles are behind, so that a step will be due without an upload."""
         return session_id in self._rounds

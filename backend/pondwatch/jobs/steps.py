@@ -123,7 +123,9 @@ class Steps:
 
     def _told(self, session_id: str, step: Step, started: float) -> None:
         self._remember(session_id, step.thinking)
-        if step.state is not State.FINISHED:
+        if step.state is State.FINISHED:
+            self._drawing.over(session_id)
+        else:
             self._drawing.left(session_id, step.revision)
         self._observer.committed(session_id, step, time.perf_counter() - started)
 
