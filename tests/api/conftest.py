@@ -59,7 +59,7 @@ class Api:
         return found
 
 
-@pytest.fixture(scope="package")
+@pytest.fixture(scope="module")
 def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
     data = tmp_path_factory.mktemp("data")
     settings = Settings(data=data, workers=2, max_image_bytes=1 << 20, max_batch_bytes=1 << 21, max_batch_items=8)
