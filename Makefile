@@ -8,6 +8,7 @@ SHELL := bash
 export OPENBLAS_NUM_THREADS := 1
 export OMP_NUM_THREADS := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
+unexport PYTHONDONTWRITEBYTECODE  # else every process that a test starts would compile the program anew
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV ?= .venv
