@@ -24,8 +24,14 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_the_row_of_doing_nothing_is_the_same_by_command_and_by_scorer(bundle: Path, tmp_path: Path) -> None:
-    before, after = accuracy.measure(bundle, "identity", tmp_path)
+@pytest.fixture(scope="module")
+def rows(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> list[accuracy.Row]:
+    """Without a method, and by the one that does nothing."""
+    return accuracy.measure(bundle, "identity", tmp_path_factory.mktemp("measured"))
+
+
+def test_the_row_of_doing_nothing_is_the_same_by_command_and_by_scorer(rows: list[accuracy.Row]) -> None:
+    before, after = rows
 
     # 0.32 of a 60 px pitch in x and in y: the median of such a distance is 1.18 sigma, 22.6 px
     assert before.figures["median_px"] == pytest.approx(22.6, rel=0.5)
@@ -33,9 +39,7 @@ def test_the_row_of_doing_nothing_is_the_same_by_command_and_by_scorer(bundle: P
     assert after.seconds is not None
 
 
-def test_every_table_has_a_row_for_each_method(bundle: Path, tmp_path: Path) -> None:
-    rows = accuracy.measure(bundle, "identity", tmp_path)
-
+def test_every_table_has_a_row_for_each_method(rows: list[accuracy.Row]) -> None:
     for text in (accuracy.short_table(rows), accuracy.long_table(rows), accuracy.paper_table(rows)):
         assert text.count("| small | `identity` |") == 2
 
