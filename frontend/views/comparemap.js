@@ -31,6 +31,7 @@ export class CompareMap extends EventTarget {
   element = h('div', { class: 'map-area compare-maps' }, this.#left, this.#right);
   /** @type {Record<SideName, MapSide> | null} */ #sides = null;
   /** @type {PondMap[]} */ #maps = [];
+  /** Maps that were painted, by what they show. @type {Set<SideName>} */ #painted = new Set();
   #colours = mapColours();
   #symbols = new Symbols(rodPalette());
   #sheets = /** @type {[Sheet, Sheet, Sheet]} */ ([new Sheet(), new Sheet(), new Sheet()]);
@@ -47,6 +48,8 @@ export class CompareMap extends EventTarget {
 
   /** Tiles on their way. */
   get waiting() { return this.#sides ? this.#sides.base.mosaic.waiting + this.#sides.with.mosaic.waiting : 0; }
+  /** Whether each map that is shown was painted with all its tiles. */
+  get whole() { return this.#maps.length > 0 && this.#painted.size >= this.#maps.length && this.waiting === 0; }
   get view() { return this.#maps[0] ?? null; }
   get sides() { return this.#sides; }
 
@@ -56,6 +59,7 @@ export class CompareMap extends EventTarget {
     const pond = /** @type {Pond} */ (base.pond);
     this.#layout = new Map([...(later.pond?.rods ?? []), ...(pond.rods ?? [])].map((rod) => [rod.id, rod]));
     const scale = Math.min(...[base, later].map(({ raster }) => raster?.metres_per_pixel ?? Infinity));
+    this.#right.hidden = this.#options.mode !== 'side'; // before a map measures its room: tiles are asked for at its first painting
     const map = this.#makeMap(this.#first, pond, scale);
     if (this.#options.place) map.show(this.#options.place);
     map.addEventListener('moved', () => this.#options.set({ place: map.view }));
@@ -66,7 +70,7 @@ export class CompareMap extends EventTarget {
   #side(facts) {
     const mosaic = new TileMosaic(facts.id, facts.revision, /** @type {Raster} */ (facts.raster));
     mosaic.addEventListener('waiting', () => this.#label());
-    mosaic.addEventListener('drawn', () => { this.#label(); this.repaint(); this.dispatchEvent(new Event('drawn')); });
+    mosaic.addEventListener('drawn', () => { this.#label(); this.repaint(); });
     return { facts, mosaic, rows: null };
   }
 
@@ -127,6 +131,8 @@ export class CompareMap extends EventTarget {
     if (shown.grid) paintGridNames(context, frame, ground.pond, this.#colours);
     const chosen = rod && this.#layout.get(rod);
     if (chosen) paintChosen(context, frame, chosen, this.#colours);
+    this.#painted.add(is);
+    this.dispatchEvent(new Event('painted'));
   }
 
   get #ground() { return { pond: /** @type {Pond} */ (this.#sides?.base.facts.pond), colours: this.#colours }; }

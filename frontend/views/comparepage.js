@@ -60,7 +60,7 @@ export class ComparePage {
 
   #listen() {
     this.options.addEventListener('change', () => this.#update());
-    this.map.addEventListener('drawn', () => this.#complete());
+    this.map.addEventListener('painted', () => this.#complete());
     this.map.addEventListener('choose', (event) => this.choose(/** @type {CustomEvent} */ (event).detail));
     this.detail.addEventListener('close', () => this.choose(null));
     this.detail.addEventListener('previous', () => this.#step(-1));
@@ -186,7 +186,7 @@ export class ComparePage {
   }
 
   #complete() {
-    if (!this.completeAt && this.answer && this.map.sides && this.map.waiting === 0) this.completeAt = performance.now();
+    if (!this.completeAt && this.answer && this.map.whole) this.completeAt = performance.now();
   }
 
   /** @param {() => Promise<void>} run */

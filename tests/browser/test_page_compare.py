@@ -93,6 +93,23 @@ def test_the_last_inspection_is_one_click_away_and_the_changed_rods_are_told(des
     assert desk.strangers == []
 
 
+def test_each_place_is_asked_for_at_one_scale_and_complete_means_painted(desk: Desk, surveys: Surveys) -> None:
+    """A map as wide as both, if only for a moment, needs tiles of level 3; half as wide, of level 2."""
+    store, fine = surveys.server.services.store, 0.00025  # m a pixel: levels 0 to 3
+    pond = lattice("square", 0.05, columns=5, rows=4, outer_m=0.019, inner_m=0.012)
+    pair = [finished(store, pond, letters, 5_000_000, scale_m=fine) for letters in (BEFORE, AFTER)]
+    asked = list[str]()
+    desk.page.on("request", lambda request: asked.append(request.url) if "/tiles/" in request.url else None)
+
+    opened(desk, f"{surveys.server.url}/?compare={','.join(pair)}")
+
+    by_then = len(asked)
+    levels = [url.split("/tiles/mosaic/")[1].split("/")[0] for url in asked]
+    assert sorted(levels) == ["0"] * 2 + ["2"] * 12
+    desk.page.wait_for_timeout(300)
+    assert len(asked) == by_then
+
+
 def becomes(desk: Desk, rod: int, expected: float, within: float, half: str = "#map-first") -> bool:
     """Whether the rod's middle is as bright as expected before patience ends: the map draws a frame after the key."""
     return bool(eventually(lambda: abs(brightness(desk, rod, half) - expected) <= within))
