@@ -1,6 +1,8 @@
 // @ts-check
 /** Where robots went, and the pond's grid of metres. Pond metres in. */
 
+import { figure } from '../state/format.js';
+
 /** @typedef {import('./frame.js').Frame} Frame */
 
 /**
@@ -51,14 +53,14 @@ export function paintGridNames(context, frame, pond, colours) {
   const digits = Math.max(0, -Math.floor(Math.log10(stepM)));
   context.textAlign = 'center';
   context.textBaseline = 'top';
-  for (let xM = 0; xM <= pond.width_m + 1e-9; xM += stepM) context.fillText(`${xM.toFixed(digits)} m`, frame.x(xM), bottom + 3 * frame.dpr);
+  for (let xM = 0; xM <= pond.width_m + 1e-9; xM += stepM) context.fillText(figure(xM, digits, 'm'), frame.x(xM), bottom + 3 * frame.dpr);
   context.textAlign = 'left'; // inside the pond: beside it there are buttons
   context.textBaseline = 'bottom';
   context.lineWidth = 3 * frame.dpr;
   context.lineJoin = 'round';
   context.strokeStyle = colours.paper;
   for (let yM = stepM; yM <= pond.height_m + 1e-9; yM += stepM) {
-    const at = /** @type {const} */ ([`${yM.toFixed(digits)} m`, left + 4 * frame.dpr, frame.y(yM) - 2 * frame.dpr]);
+    const at = /** @type {const} */ ([figure(yM, digits, 'm'), left + 4 * frame.dpr, frame.y(yM) - 2 * frame.dpr]);
     context.strokeText(...at);
     context.fillText(...at);
   }

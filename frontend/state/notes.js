@@ -1,6 +1,8 @@
 // @ts-check
 /** Notes: which first, what each is about, and what is sent to write one. Pure. */
 
+import { spot } from './format.js';
+
 /** Those that nobody dealt with first, then the newest. @param {Iterable<Note>} notes @returns {Note[]} */
 export function openFirst(notes) {
   return [...notes].sort((a, b) => Number(Boolean(a.closed_at)) - Number(Boolean(b.closed_at)) || b.at.localeCompare(a.at) || b.id - a.id);
@@ -9,7 +11,7 @@ export function openFirst(notes) {
 /** What a note is about, in words; nothing where it is about all. @param {Note} note @param {(at: string) => string} clock */
 export function aboutOf({ rod_id: rod, x_m, y_m, moment }, clock) {
   if (rod) return `Rod ${rod}`;
-  if (x_m !== null && y_m !== null) return `${x_m.toFixed(2)}, ${y_m.toFixed(2)} m`;
+  if (x_m !== null && y_m !== null) return spot(x_m, y_m);
   return moment ? `At ${clock(moment)}` : '';
 }
 

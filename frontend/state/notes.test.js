@@ -11,7 +11,7 @@ test('what nobody dealt with comes first, then the newest', () => {
 
 test('a note says what it is about', () => {
   const about = [note(1), note(1, { rod_id: 'R7' }), note(1, { x_m: 0.123, y_m: 2 }), note(1, { moment: 'noon' })].map((one) => aboutOf(one, (at) => at));
-  assert.deepEqual(about, ['', 'Rod R7', '0.12, 2.00 m', 'At noon']);
+  assert.deepEqual(about, ['', 'Rod R7', '0.12,\u00a02.00\u00a0m', 'At noon']);
 });
 
 test('what is sent holds the place or the moment that is shown', () => {

@@ -7,6 +7,7 @@
 import * as format from './format.js';
 import { Inspection } from './inspection.js';
 import { Looks } from './looks.js';
+import { isRunning } from './robots.js';
 
 export const SPEEDS = [1, 5, 20, 60];
 
@@ -49,6 +50,20 @@ export class Clock extends EventTarget {
     if (next >= lastMs) this.playing = false;
     this.seek(Math.min(next, lastMs));
   }
+}
+
+/**
+ * What the page shows and whether that is the newest, for the bar on top: a lost link comes before all else, then a
+ * moment under review; *Final* is only the inspection as it ended.
+ * @template {string} L
+ * @param {L} link @param {number | null} atMs the moment under review; null: live @param {SessionFacts} facts
+ * @returns {{state: L | 'review' | 'final', words: string | null}} words: null where the link's own will do
+ */
+export function standing(link, atMs, facts) {
+  if (link !== 'live') return { state: link, words: null };
+  if (atMs !== null) return { state: 'review', words: `Review ${format.hour(atMs)}` };
+  if (isRunning(facts.state)) return { state: link, words: null };
+  return { state: 'final', words: endOf(facts) ? 'Final' : 'Finishing…' };
 }
 
 /** How an inspection ended, in words; null while it goes on. @param {SessionFacts} facts */

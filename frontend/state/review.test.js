@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { Inspection } from './inspection.js';
 import { robotViews } from './robots.js';
 import { Readings } from './readings.js';
-import { Clock, asOf, endOf } from './review.js';
+import { Clock, asOf, endOf, standing } from './review.js';
 
 const T = Date.parse('2030-01-01T12:00:00Z');
 const at = (s) => new Date(T + 1000 * s).toISOString();
@@ -79,4 +79,13 @@ test('a replay from a moment plays at once', () => {
   const clock = new Clock();
   clock.replay(5000);
   assert.deepEqual([clock.atMs, clock.playing, clock.live], [5000, true, false]);
+});
+
+test('the bar says final only of the end, review of any moment, and before both that the server is not heard', () => {
+  const finished = { id: 's', name: 'n', state: 'finished', revision: 9, finished_at: at(60) };
+  assert.deepEqual(standing('live', null, finished), { state: 'final', words: 'Final' });
+  assert.deepEqual(standing('live', T + 5000, finished), { state: 'review', words: 'Review 12:00:05 UTC' });
+  assert.deepEqual(standing('live', null, { ...finished, state: 'finishing' }), { state: 'final', words: 'Finishing…' });
+  assert.deepEqual(standing('live', null, { ...finished, state: 'open' }), { state: 'live', words: null });
+  assert.deepEqual(standing('disconnected', T, finished), { state: 'disconnected', words: null });
 });

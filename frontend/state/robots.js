@@ -1,6 +1,8 @@
 // @ts-check
 /** What is known of each robot, for the strip and the map. Pure. */
 
+import { percent } from './format.js';
+
 /** The server's own limit wins, once it is known. */
 export const SILENT_S = 8;
 const [LOW_BATTERY, HIGH_LOSS] = [0.2, 0.3];
@@ -43,7 +45,7 @@ function hearingOf({ facts: { state, counts }, alarms, heldAtMs }, name, ageS) {
 /** What a robot says of itself, in words; nothing where it says nothing. @param {PoseRow} pose @returns {string} */
 export function saidOf({ battery, link_loss: loss, image_quality: quality }) {
   const words = /** @type {const} */ ([['battery', battery], ['loss', loss], ['image', quality]]);
-  return words.flatMap(([word, share]) => (share == null ? [] : [`${word} ${Math.round(100 * share)} %`])).join(' · ');
+  return words.flatMap(([word, share]) => (share == null ? [] : [`${word} ${percent(share)}`])).join(' · ');
 }
 
 /** Whether it should come in to be charged, or cannot be heard well. @param {PoseRow} pose */

@@ -52,8 +52,8 @@ test('a robot whose snapshots wait for their correction is behind, unless the se
 });
 
 test('what a robot says of itself is told, and what it does not say is not', () => {
-  assert.equal(saidOf({ battery: 0.836, link_loss: 0.03, image_quality: 0.9 }), 'battery 84 % · loss 3 % · image 90 %');
-  assert.equal(saidOf({ link_loss: 0 }), 'loss 0 %');
+  assert.equal(saidOf({ battery: 0.836, link_loss: 0.03, image_quality: 0.9 }), 'battery 84\u00a0% · loss 3\u00a0% · image 90\u00a0%');
+  assert.equal(saidOf({ link_loss: 0 }), 'loss 0\u00a0%');
   assert.equal(saidOf({}), '');
   assert.deepEqual([{ battery: 0.19 }, { link_loss: 0.31 }, { battery: 0.2, link_loss: 0.3 }, {}].map(isWeak), [true, true, false, false]);
 });

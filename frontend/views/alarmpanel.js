@@ -59,7 +59,7 @@ export class AlarmPanel {
     const name = h('button', { type: 'button', class: 'plain', 'data-key': `go-${alarm.id}`, title: 'Show it on the map', text: nameOf(alarm), onClick: () => this.#uses.go(alarm) });
     const said = alarm.comment ? `${alarm.comment.by}: ${alarm.comment.text}` : '';
     return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-rings': String(alarm.rings) }, mark(levelOf(alarm.severity), alarm.rings),
-      h('div', { class: 'what' }, name, h('span', { text: alarm.message }),
+      h('div', { class: 'what' }, name, h('span', { text: format.sentence(alarm.message) }),
         h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: alarm.advice }), said && h('span', { class: 'quiet', text: said })),
       this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, nameOf(alarm)));
   }

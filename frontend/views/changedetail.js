@@ -56,7 +56,7 @@ export class ChangeDetail extends EventTarget {
 
 /** @param {RodChange} rod @returns {Record<string, string>} */
 function claimsOf(rod) {
-  const residual = rod.residual_px === null ? 'not measured here' : `${rod.residual_px.toFixed(2)} px, ${rod.residual_mm?.toFixed(3)} mm`;
+  const residual = rod.residual_px === null ? 'not measured here' : `${format.figure(rod.residual_px, 2, 'px')}, ${format.figure(rod.residual_mm ?? NaN, 3, 'mm')}`;
   if (rod.change === 'not_comparable') return { Why: REASONS[rod.reason ?? ''] ?? '', 'Residual here': residual };
   return { Confidence: `${format.percent(rod.confidence, 1)} that both readings are right`, 'It differs': `${format.percent(rod.p_changed, 2)} sure`,
     ...(rod.word ? { 'It was': wordsOf(rod) } : {}), 'Residual here': residual };

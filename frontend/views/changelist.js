@@ -117,12 +117,12 @@ function residualTable(residual) {
   if (!residual.rods) return h('p', { class: 'quiet', id: 'residual', text: 'How well the two mosaics lie on each other was not measured: no rod\'s ring was found in both.' });
   const within = (residual.median_px ?? Infinity) <= residual.limit_px;
   /** @param {string} name @param {number | null} px @param {number | null} mm */
-  const row = (name, px, mm) => h('tr', {}, h('th', { scope: 'row', text: name }), h('td', { text: px === null ? format.NONE : `${px.toFixed(2)} px` }), h('td', { text: mm === null ? format.NONE : `${mm.toFixed(3)} mm` }));
+  const row = (name, px, mm) => h('tr', {}, h('th', { scope: 'row', text: name }), h('td', { text: px === null ? format.NONE : format.figure(px, 2, 'px') }), h('td', { text: mm === null ? format.NONE : format.figure(mm, 3, 'mm') }));
   const heads = ['', 'px', 'mm'].map((text) => h('th', { scope: 'col', text }));
   return h('table', { class: 'small residual', id: 'residual' },
     h('caption', { text: `Residual between the mosaics at ${format.count(residual.rods)} rods: ${within ? 'within the limit' : 'OVER THE LIMIT'}` }),
     h('thead', {}, h('tr', {}, h('td'), ...heads.slice(1))),
-    h('tbody', {}, row('Median', residual.median_px, residual.median_mm), row('95 %', residual.p95_px, residual.p95_mm), row('Largest', residual.max_px, residual.max_mm),
+    h('tbody', {}, row('Median', residual.median_px, residual.median_mm), row('95\u00a0%', residual.p95_px, residual.p95_mm), row('Largest', residual.max_px, residual.max_mm),
       row('Limit', residual.limit_px, residual.limit_mm)));
 }
 

@@ -7,6 +7,7 @@ import { PondMap } from '../map/pondmap.js';
 import { Symbols } from '../map/symbols.js';
 import { TileMosaic } from '../map/tilemosaic.js';
 import { paintGrid, paintGridNames } from '../map/tracks.js';
+import * as format from '../state/format.js';
 import { rodAt } from '../state/rods.js';
 import { h, setText } from './dom.js';
 import { mapColours, rodPalette } from './theme.js';
@@ -100,7 +101,7 @@ export class CompareMap extends EventTarget {
   /** What each map shows, and whether more of it is on its way: what lacks looks as if it was never seen. */
   #label() {
     const { mode, front, at } = this.#options;
-    const shown = { side: 'Before', swipe: 'Before  ⇔  After', blink: front === 'base' ? 'Before' : 'After', opacity: `Before, and ${Math.round(at * 100)} % of after over it`,
+    const shown = { side: 'Before', swipe: 'Before  ⇔  After', blink: front === 'base' ? 'Before' : 'After', opacity: `Before, and ${format.percent(at)} of after over it`,
       difference: 'Difference of the pictures: dark where they differ' }[mode];
     const more = (/** @type {SideName[]} */ ...of) => (of.some((side) => this.#sides?.[side].mosaic.waiting) ? '  loading…' : '');
     setText(this.#labels.base, shown + (mode === 'side' ? more('base') : more('base', 'with')));

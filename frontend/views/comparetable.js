@@ -42,6 +42,6 @@ function cells(rod) {
   const claimed = rod.change !== 'not_comparable';
   const { word, mark } = changeOf(rod.change);
   return [`${mark} ${word}`, reading(rod.base), reading(rod.with), `${rod.base.views}, ${rod.with.views}`, claimed ? format.percent(rod.confidence, 1) : format.NONE,
-    claimed ? format.percent(rod.p_changed, 2) : format.NONE, rod.residual_px === null ? format.NONE : `${rod.residual_px.toFixed(2)} px · ${rod.residual_mm?.toFixed(3)} mm`,
-    `${rod.x_m.toFixed(3)} m`, `${rod.y_m.toFixed(3)} m`, claimed ? wordsOf(rod) : REASONS[rod.reason ?? ''] ?? ''];
+    claimed ? format.percent(rod.p_changed, 2) : format.NONE, rod.residual_px === null ? format.NONE : `${format.figure(rod.residual_px, 2, 'px')} · ${format.figure(rod.residual_mm ?? NaN, 3, 'mm')}`,
+    format.figure(rod.x_m, 3, 'm'), format.figure(rod.y_m, 3, 'm'), claimed ? wordsOf(rod) : REASONS[rod.reason ?? ''] ?? ''];
 }

@@ -2,11 +2,10 @@
 /** What the finished inspection found on the floor and of rods off their place: a list, each with its picture; a click leads there. */
 
 import { Problem, findingsOf, findingUrl } from '../api/client.js';
+import * as format from '../state/format.js';
 import { h, setText } from './dom.js';
 
 /** @typedef {import('../api/client.js').Finding} Finding */
-
-const UNBROKEN = '\u00a0'; // a number and its unit stay on one line
 
 const WORDS = { 'foreign-object': 'Foreign object', stain: 'Stain', 'rod-displaced': 'Rod displaced' };
 
@@ -41,7 +40,7 @@ export class Findings {
   /** @param {Finding[]} findings @param {number} examined */
   #draw(findings, examined) {
     setText(this.#title, `Findings: ${findings.length || 'none'}`);
-    setText(this.#note, `${(100 * examined).toFixed(0)} % of the floor was seen by three snapshots or more and looked over.`);
+    setText(this.#note, `${format.percent(examined)} of the floor was seen by three snapshots or more and looked over.`);
     this.#list.replaceChildren(...findings.map((finding) => this.#line(finding)));
     this.element.hidden = false;
   }
@@ -56,9 +55,9 @@ export class Findings {
 
 /** @param {Finding} f */
 export function detailOf(f) {
-  const where = `x ${f.x_m.toFixed(3)} m, y ${f.y_m.toFixed(3)} m`.replaceAll(/(?<!,) /g, UNBROKEN);
+  const where = format.place(f.x_m, f.y_m).replace('   ', ', ');
   const what = f.kind === 'rod-displaced'
-    ? `${f.rod_id} by ${Math.hypot(f.offset_x_mm ?? 0, f.offset_y_mm ?? 0).toFixed(2)} ± ${(f.sigma_mm ?? 0).toFixed(2)}${UNBROKEN}mm`
-    : `${f.size_mm.toFixed(1)}${UNBROKEN}mm, near ${f.rod_id}, ${f.agreeing} of ${f.looks} looks`;
-  return `${what}; ${where}; confidence ${(100 * f.confidence).toFixed(0)}${UNBROKEN}%`;
+    ? `${f.rod_id} by ${format.fixed(Math.hypot(f.offset_x_mm ?? 0, f.offset_y_mm ?? 0), 2)} ±\u00a0${format.figure(f.sigma_mm ?? 0, 2, 'mm')}`
+    : `${format.figure(f.size_mm, 1, 'mm')}, near ${f.rod_id}, ${f.agreeing} of ${f.looks} looks`;
+  return `${what}; ${where}; confidence ${format.percent(f.confidence)}`;
 }

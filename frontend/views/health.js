@@ -35,7 +35,7 @@ export class Health {
    * @param {import('../state/looks.js').Looks | null} looks
    */
   update(pulse, inspection, looks) {
-    this.#write('rate', `${pulse.perSecond.toFixed(1)} a second`);
+    this.#write('rate', `${format.fixed(pulse.perSecond, 1)} a second`);
     this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, ${format.delay(pulse.worstMs)} at worst`);
     this.#write('queue', format.count(inspection.facts.counts?.pending));
     this.#write('noise', format.length(inspection.meanDriftM));
@@ -46,7 +46,7 @@ export class Health {
     this.#trends.get('queue')?.show(pulse.samples.map(({ queue }) => queue), SAMPLES);
     const next = looks?.next;
     this.#go.hidden = !next;
-    if (next) setText(this.#go, `${next.xM.toFixed(2)}, ${next.yM.toFixed(2)} m · ${next.rods} rods`);
+    if (next) setText(this.#go, `${format.spot(next.xM, next.yM)} · ${next.rods} rods`);
   }
 
   /** @param {Row} row @param {string} text */

@@ -177,7 +177,7 @@ export class Live {
     this.#pulse.tick(this.#serverMs);
     this.#pulse.sample(this.#serverMs, this.inspection.facts.counts?.pending ?? null);
     this.#view?.recount();
-    this.#bar.update(this.inspection, this.link, now);
+    this.#bar.update(this.inspection, this.link, now, this.time.clock.atMs);
     this.#finish.update(this.inspection.facts.state);
     const linked = ['live', 'reconnecting'].includes(this.link.state) || !this.time.live;
     const robots = robotViews(this.time.shown, now, linked);

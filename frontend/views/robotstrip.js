@@ -61,7 +61,7 @@ class Card {
     setAttribute(this.element, 'title', `${name}: snapshot ${pose.sequence}${HINTS[hearing] ?? ''}; show it on the map`);
     setText(this.#state, HEARD[hearing]?.(format.age(ageS)) ?? format.age(ageS));
     setText(this.#where, pose.x_m === null || pose.y_m === null ? 'place not known'
-      : `${pose.x_m.toFixed(2)}, ${pose.y_m.toFixed(2)} m  ${format.angle(pose.theta_rad)}`);
+      : `${format.spot(pose.x_m, pose.y_m)}  ${format.angle(pose.theta_rad)}`);
     setAttribute(this.#how, 'data-status', pose.status);
     setText(this.#said, saidOf(pose));
     setAttribute(this.#said, 'data-weak', isWeak(pose) ? '' : null);

@@ -126,7 +126,7 @@ function heard(hearing, age) {
 function number(value) { return { show: format.count(value), by: value }; }
 
 /** @param {number | null} m @param {number} digits @returns {Cell} */
-function metres(m, digits) { return { show: m === null ? format.NONE : `${m.toFixed(digits)} m`, by: m }; }
+function metres(m, digits) { return { show: m === null ? format.NONE : format.figure(m, digits, 'm'), by: m }; }
 
 /** @param {number | null} m @returns {Cell} */
 function length(m) { return { show: format.length(m), by: m }; }

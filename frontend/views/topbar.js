@@ -2,8 +2,7 @@
 /** The bar on top: where one is, whether the link is alive, and how old the picture is. */
 
 import * as format from '../state/format.js';
-import { endOf } from '../state/review.js';
-import { isRunning } from '../state/robots.js';
+import { endOf, standing } from '../state/review.js';
 import { h, setAttribute, setText } from './dom.js';
 import { toggleTheme } from './theme.js';
 
@@ -44,7 +43,7 @@ export class TopBar {
     tell();
   }
 
-  /** @param {keyof typeof LINK_WORDS | 'final'} state @param {string} words @param {number} silenceMs */
+  /** @param {keyof typeof LINK_WORDS | 'final' | 'review'} state @param {string} words @param {number} silenceMs */
   #showLink(state, words, silenceMs) {
     setText(this.#link, state === 'disconnected' ? `${words} ${format.age(silenceMs / 1000)}` : words);
     setAttribute(this.#link, 'data-state', state);
@@ -53,16 +52,17 @@ export class TopBar {
   /**
    * @param {import('../state/inspection.js').Inspection} inspection
    * @param {import('../live/link.js').Link} link @param {number} nowMs
+   * @param {number | null} atMs the moment under review; null: live
    */
-  update(inspection, link, nowMs) {
+  update(inspection, link, nowMs, atMs) {
     this.#ringing = inspection.alarms.ringing;
     this.title = inspection.facts.name || inspection.facts.id;
     const end = endOf(inspection.facts);
     this.#link.hidden = this.#state.hidden = false;
-    this.#ageBox.hidden = end !== null; // it grows no more: an age would say that news is awaited
+    this.#ageBox.hidden = end !== null || atMs !== null; // of what is over, or not shown, an age would say that news is
     setText(this.#state, inspection.facts.state);
-    const isFinal = link.state === 'live' && !isRunning(inspection.facts.state);
-    this.#showLink(isFinal ? 'final' : link.state, isFinal ? (end ? 'Final' : 'Finishing…') : LINK_WORDS[link.state], link.silenceMs);
+    const { state, words } = standing(link.state, atMs, inspection.facts);
+    this.#showLink(state, words ?? LINK_WORDS[link.state], link.silenceMs);
     const ageMs = inspection.ageMs(nowMs);
     setText(this.#age, ageMs === null ? format.NONE : format.age(ageMs / 1000));
   }

@@ -61,7 +61,8 @@ class Desk:
         return bool(eventually(lambda: self.figure(f"paintedAt({revision})")))
 
     def text(self, selector: str) -> str:
-        return self.page.locator(selector).inner_text()
+        """What is read there, figures and their units with ordinary spaces between them."""
+        return self.page.locator(selector).inner_text().replace("\u00a0", " ")
 
     def says(self, selector: str, words: str, timeout_s: float = PATIENCE_S) -> bool:
         return eventually(lambda: words in self.text(selector), timeout_s)

@@ -108,8 +108,11 @@ def test_a_finished_inspection_reads_final_and_is_replayed_from_its_beginning(de
     assert not desk.page.locator("#data-age").is_visible()
     desk.page.locator("#play").click()
     assert desk.says("#moment", "REVIEW")
+    assert desk.says("#link-state", "Review "), "an older moment is not told as the end"
+    assert desk.page.locator("#link-state").get_attribute("data-state") == "review"
     desk.page.locator("#go-live").click()
     assert desk.says("#moment", "finished")
+    assert desk.says("#link-state", "Final")
     assert desk.errors == []
 
 
