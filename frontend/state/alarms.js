@@ -13,7 +13,8 @@ export const ACTS = /** @type {const} */ (['acknowledge', 'shelve', 'unshelve', 
  *   acts: Act[], comment: {at: string, by: string, act: string, text: string} | null,
  * }} Alarm
  */
-/** @typedef {{kind: string, title: string, level: Level, alarms: Alarm[], ringing: number, flood: boolean}} Group */
+/** Whether it asks for somebody: active; returned to normal, and only to be acknowledged; answered. @typedef {'active' | 'returned' | 'answered'} Call */
+/** @typedef {{kind: string, title: string, level: Level, call: Call, alarms: Alarm[], ringing: number, returned: number, flood: boolean}} Group */
 /** @typedef {{name: 'high' | 'medium' | 'low', letter: string}} Level */
 
 /** @type {Record<Act, string>} */
@@ -30,12 +31,25 @@ export function levelOf(severity) {
 
 /** Where it stands, in words. @param {Alarm} alarm @param {(at: string) => string} clock */
 export function stateWords({ active, acknowledged, latched, suppressed, out_of_service: out, shelved_until: until }, clock = (at) => at) {
-  const words = [active ? 'active' : 'over', acknowledged ? 'acknowledged' : 'not acknowledged'];
+  const words = [active ? 'active' : 'returned to normal', acknowledged ? 'acknowledged' : 'not acknowledged'];
   if (latched && !active) words.push('latched until it is reset');
   if (until) words.push(until === 'until-clear' ? 'shelved until it is over' : `shelved until ${clock(until)}`);
   if (suppressed) words.push('suppressed');
   if (out) words.push('out of service');
   return words.join(', ');
+}
+
+/** How it asks, in the terms of OPC UA Part 9: active or inactive, by acknowledged or not. @param {Pick<Alarm, 'active' | 'rings'>} alarm @returns {Call} */
+export function callOf({ active, rings }) { return rings ? (active ? 'active' : 'returned') : 'answered'; }
+
+/** What is wrong, or was. @param {Alarm} alarm */
+export function messageOf({ active, message }) { return active ? message : `Was: ${message}`; }
+
+/** What to do: of one that returned to normal only what takes it from the list. @param {Alarm} alarm */
+export function adviceOf({ active, acknowledged, latched, advice }) {
+  if (active) return advice;
+  const left = [!acknowledged && 'acknowledge it', latched && 'reset it'].filter(Boolean).join(', then ');
+  return `${latched ? `${advice} ` : ''}Over${left ? `: ${left}` : ''}.`;
 }
 
 /** What it is about, in a few words. @param {Alarm} alarm */
@@ -68,16 +82,19 @@ export class Alarms {
   /** Whether such an alarm is active, in sight or set aside. @param {string} kind @param {string} subject */
   isActive(kind, subject) { return [...this.#all.values()].some((alarm) => alarm.active && alarm.kind === kind && alarm.subject === subject); }
 
-  /** How many ask for somebody. */
+  /** How many nobody acknowledged. */
   get ringing() { return [...this.#all.values()].filter(({ rings }) => rings).length; }
 
-  /** The worst that rings; null where none does. @type {Level | null} */
+  /** How many call so. @param {Call} call */
+  count(call) { return [...this.#all.values()].filter((alarm) => !alarm.quiet && alarm.retained && callOf(alarm) === call).length; }
+
+  /** The worst that is active and not acknowledged; null where none is. @type {Level | null} */
   get worst() {
-    const severities = [...this.#all.values()].filter(({ rings }) => rings).map(({ severity }) => severity);
+    const severities = [...this.#all.values()].filter((alarm) => callOf(alarm) === 'active').map(({ severity }) => severity);
     return severities.length ? levelOf(Math.max(...severities)) : null;
   }
 
-  /** In sight: those that ring first, then by severity, then the newest. @returns {Alarm[]} */
+  /** In sight: those that are active and not acknowledged first, then those not acknowledged, then by severity, then the newest. @returns {Alarm[]} */
   get current() { return [...this.#all.values()].filter(({ retained, quiet }) => retained && !quiet).sort(worstFirst); }
 
   /** Shelved, suppressed or out of service. @returns {Alarm[]} */
@@ -89,8 +106,8 @@ export class Alarms {
     const kinds = new Map();
     for (const alarm of this.current) kinds.set(alarm.kind, [...(kinds.get(alarm.kind) ?? []), alarm]);
     return [...kinds].map(([kind, alarms]) => ({
-      kind, title: alarms[0].title, level: levelOf(alarms[0].severity), alarms,
-      ringing: alarms.filter(({ rings }) => rings).length, flood: alarms.length > FLOOD,
+      kind, title: alarms[0].title, level: levelOf(alarms[0].severity), call: callOf(alarms[0]), alarms,
+      ringing: alarms.filter(({ rings }) => rings).length, returned: alarms.filter(({ active }) => !active).length, flood: alarms.length > FLOOD,
     }));
   }
 }
@@ -100,7 +117,9 @@ export function open(alarms, act) {
   return [...alarms].filter(({ acts }) => acts.includes(act));
 }
 
+const RANKS = { active: 2, returned: 1, answered: 0 };
+
 /** @param {Alarm} a @param {Alarm} b */
 function worstFirst(a, b) {
-  return Number(b.rings) - Number(a.rings) || b.severity - a.severity || b.since.localeCompare(a.since) || a.id - b.id;
+  return RANKS[callOf(b)] - RANKS[callOf(a)] || b.severity - a.severity || b.since.localeCompare(a.since) || a.id - b.id;
 }

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { ACTS, ACT_WORDS, Alarms, FLOOD, levelOf, nameOf, open, stateWords } from './alarms.js';
+import { ACTS, ACT_WORDS, Alarms, FLOOD, adviceOf, callOf, levelOf, messageOf, nameOf, open, stateWords } from './alarms.js';
 import { Inspection } from './inspection.js';
 import { asOf } from './review.js';
 import { robotViews } from './robots.js';
@@ -45,7 +45,7 @@ test('a severity has a letter beside its colour', () => {
 
 test('where an alarm stands is said in words', () => {
   assert.equal(stateWords(alarm(1)), 'active, not acknowledged');
-  assert.equal(stateWords(alarm(1, { active: false, acknowledged: true, latched: true })), 'over, acknowledged, latched until it is reset');
+  assert.equal(stateWords(alarm(1, { active: false, acknowledged: true, latched: true })), 'returned to normal, acknowledged, latched until it is reset');
   assert.equal(stateWords(alarm(1, { shelved_until: 'until-clear', suppressed: true, out_of_service: true })),
     'active, not acknowledged, shelved until it is over, suppressed, out of service');
   assert.equal(stateWords(alarm(1, { shelved_until: '10:00' }), (at) => `ten (${at})`), 'active, not acknowledged, shelved until ten (10:00)');
@@ -76,4 +76,17 @@ test('a robot is silent from the limit that the server has', () => {
   held.alarms.limits = { robot_silent_s: 30 };
   assert.deepEqual([hearing(29_900), hearing(30_000)], ['heard', 'silent']);
   assert.equal(asOf(held, 100).alarms, held.alarms, 'a review knows the limit too');
+});
+
+test('one that returned to normal and was not acknowledged is told as that: below what is active, and never as active', () => {
+  const over = { active: false, severity: 900, message: 'About 65 % is not sure.', advice: 'Check the water.' };
+  const made = book(alarm(1), alarm(2, over), alarm(3, { acknowledged: true, rings: false }));
+  assert.deepEqual([ids(made.current), made.worst.name, made.ringing, made.count('active'), made.count('returned')], [[1, 2, 3], 'medium', 2, 1, 1]);
+  assert.deepEqual(made.current.map(callOf), ['active', 'returned', 'answered']);
+  assert.equal(stateWords(alarm(2, over)), 'returned to normal, not acknowledged');
+  assert.deepEqual([messageOf(alarm(2, over)), adviceOf(alarm(2, over))], ['Was: About 65 % is not sure.', 'Over: acknowledge it.']);
+  assert.equal(adviceOf(alarm(2, { ...over, latched: true })), 'Check the water. Over: acknowledge it, then reset it.');
+  assert.equal(adviceOf(alarm(2, { ...over, active: true })), 'Check the water.');
+  assert.equal(book(alarm(2, over)).worst, null);
+  assert.deepEqual(book(alarm(1), alarm(2, over)).groups.map(({ call, returned }) => [call, returned]), [['active', 1]]);
 });

@@ -2,7 +2,7 @@
 /** All alarms as a table over the map: those in sight, those set aside, and what became of all. Acts go to the chosen. */
 
 import { Problem, alarmEvents } from '../api/client.js';
-import { ACTS, ACT_WORDS, levelOf, nameOf, open, stateWords } from '../state/alarms.js';
+import { ACTS, ACT_WORDS, adviceOf, callOf, levelOf, messageOf, nameOf, open, stateWords } from '../state/alarms.js';
 import * as format from '../state/format.js';
 import { mark } from './alarmmark.js';
 import { h, setAttribute, setText } from './dom.js';
@@ -110,7 +110,7 @@ export class AlarmList {
     this.#ages.push({ cell, since: Date.parse(alarm.since) });
     const go = h('button', { type: 'button', class: 'plain', text: nameOf(alarm), onClick: () => this.#go(alarm) });
     const said = alarm.comment ? `${alarm.comment.by}, ${format.moment(alarm.comment.at)}: ${alarm.comment.text}` : format.NONE;
-    return [choose, mark(levelOf(alarm.severity), alarm.rings), go, stateWords(alarm, format.moment), cell, String(alarm.occurrences), format.sentence(alarm.message), alarm.advice, said];
+    return [choose, mark(levelOf(alarm.severity), callOf(alarm)), go, stateWords(alarm, format.moment), cell, String(alarm.occurrences), format.sentence(messageOf(alarm)), adviceOf(alarm), said];
   }
 
   /** @param {number} id */

@@ -1,7 +1,7 @@
 // @ts-check
 /** Alarms at the top of the side panel, the worst first; a kind of many is one line. Each says what to do. */
 
-import { FLOOD, levelOf, nameOf, stateWords } from '../state/alarms.js';
+import { FLOOD, adviceOf, callOf, levelOf, messageOf, nameOf, stateWords } from '../state/alarms.js';
 import * as format from '../state/format.js';
 import { mark } from './alarmmark.js';
 import { h, setText } from './dom.js';
@@ -38,7 +38,7 @@ export class AlarmPanel {
     if (noted === this.#noted) return;
     this.#noted = noted;
     this.#notes.replaceChildren(...notes.map(({ severity, text, advice }) => h('li', { 'data-level': levelOf(severity).name },
-      mark(levelOf(severity), true), h('div', { class: 'what' }, h('strong', { text }), h('span', { text: advice })))));
+      mark(levelOf(severity), 'active'), h('div', { class: 'what' }, h('strong', { text }), h('span', { text: advice })))));
   }
 
   /** @param {Alarms} alarms */
@@ -58,19 +58,19 @@ export class AlarmPanel {
     const age = this.#age(alarm);
     const name = h('button', { type: 'button', class: 'plain', 'data-key': `go-${alarm.id}`, title: 'Show it on the map', text: nameOf(alarm), onClick: () => this.#uses.go(alarm) });
     const said = alarm.comment ? `${alarm.comment.by}: ${alarm.comment.text}` : '';
-    return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-rings': String(alarm.rings) }, mark(levelOf(alarm.severity), alarm.rings),
-      h('div', { class: 'what' }, name, h('span', { text: format.sentence(alarm.message) }),
-        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: alarm.advice }), said && h('span', { class: 'quiet', text: said })),
+    return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-call': callOf(alarm) }, mark(levelOf(alarm.severity), callOf(alarm)),
+      h('div', { class: 'what' }, name, h('span', { text: format.sentence(messageOf(alarm)) }),
+        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: adviceOf(alarm) }), said && h('span', { class: 'quiet', text: said })),
       this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, nameOf(alarm)));
   }
 
   /** @param {import('../state/alarms.js').Group} group */
-  #flood({ kind, title, level, alarms, ringing }) {
+  #flood({ kind, title, level, call, alarms, ringing, returned }) {
     const open = h('button', { type: 'button', class: 'plain', 'data-key': `go-${kind}`, title: 'List them', text: `${alarms.length} × ${title}`, onClick: this.#uses.list });
     const names = alarms.slice(0, 4).map(({ subject }) => subject).join(', ');
-    return h('li', { 'data-kind': kind, 'data-level': level.name, 'data-rings': String(ringing > 0) }, mark(level, ringing > 0),
-      h('div', { class: 'what' }, open, h('span', { text: `${names}, …` }),
-        h('span', { class: 'state' }, `${ringing} not acknowledged; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: alarms[0].advice })),
+    return h('li', { 'data-kind': kind, 'data-level': level.name, 'data-call': call }, mark(level, call),
+      h('div', { class: 'what' }, open, h('span', { text: `${names},\u00a0…` }),
+        h('span', { class: 'state' }, `${ringing} not acknowledged${returned ? `, ${returned} returned to normal` : ''}; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: adviceOf(alarms[0]) })),
       this.#button(alarms.filter(({ acts }) => acts.includes('acknowledge')), `ack-${kind}`, title));
   }
 
@@ -92,5 +92,6 @@ export class AlarmPanel {
 /** In a review they are still those of now, and say so. @param {Alarms} alarms @param {boolean} live */
 function titleOf({ current, ringing }, live) {
   const now = live ? '' : ' now';
-  return current.length ? `Alarms${now} · ${current.length}, ${ringing} not acknowledged` : `No alarms${now}`;
+  const over = current.filter(({ active }) => !active).length;
+  return current.length ? `Alarms${now} · ${current.length}, ${ringing} not acknowledged${over ? `, ${over} returned to normal` : ''}` : `No alarms${now}`;
 }

@@ -79,10 +79,11 @@ export class AlarmDesk {
     this.list.update(nowMs);
     if (this.#version === alarms.version) return;
     this.#version = alarms.version;
-    const { ringing, worst, current } = alarms;
-    setText(this.button, ringing ? `${worst?.letter} · ${ringing} alarm${ringing > 1 ? 's' : ''}` : 'Alarms');
+    const { worst, current } = alarms;
+    const [active, returned] = [alarms.count('active'), alarms.count('returned')];
+    setText(this.button, worst ? `${worst.letter} · ${active} alarm${active > 1 ? 's' : ''}` : returned ? `${returned} to acknowledge` : 'Alarms');
     setAttribute(this.button, 'data-level', worst?.name ?? null);
-    setAttribute(this.button, 'title', `${ringing} not acknowledged, ${current.length} in sight (A)`);
+    setAttribute(this.button, 'title', `Not acknowledged: ${active} active, ${returned} returned to normal; ${current.length} in sight (A)`);
     this.#speak(current);
   }
 

@@ -159,6 +159,24 @@ def test_a_silent_robot_is_in_the_page_within_10_s(desk: Desk, tmp_path: Any) ->
         assert desk.says("[data-robot=bubble-1] .state", "SILENT", max(0.0, 10 - (time.monotonic() - heard)))
 
 
+def test_an_alarm_that_is_over_asks_to_be_acknowledged_and_is_not_told_as_active(desk: Desk, quick: Whole) -> None:
+    session = opened(quick)
+    watching(desk, quick, session)
+    send(quick, session, 1)
+    assert desk.says("#alarm-count", "M · 1 alarm")
+    httpx.post(f"{quick.url}/api/sessions/{session}/finish")  # nobody is silent any more
+
+    assert desk.says("#alarms", "returned to normal, not acknowledged")
+    assert desk.says("#alarms", "Was: Robot bubble-1 was last heard")
+    assert desk.says("#alarms", "Over: acknowledge it.")
+    assert desk.says("#alarm-count", "1 to acknowledge")
+    assert desk.page.locator("#alarm-count[data-level]").count() == 0
+    desk.page.locator("#alarms .ack").click()
+    say(desk, "was the battery")
+    assert desk.says("#alarms-title", "No alarms")
+    assert desk.errors == []
+
+
 def test_alarms_are_answered_by_keys_alone(desk: Desk, quick: Whole) -> None:
     session = opened(quick)
     watching(desk, quick, session)
