@@ -3,6 +3,9 @@
 
 import { percent } from './format.js';
 
+/** Whether the newest snapshot of an inspection that runs is so old that somebody should wonder. @param {SessionFacts} facts @param {number | null} ageMs */
+export function isOld({ state }, ageMs) { return ageMs !== null && isRunning(state) && ageMs >= 1000 * SILENT_S; }
+
 /** The server's own limit wins, once it is known. */
 export const SILENT_S = 8;
 const [LOW_BATTERY, HIGH_LOSS] = [0.2, 0.3];

@@ -13,6 +13,7 @@ import { h, setAttribute, setText } from './dom.js';
 
 /** @type {Record<Tab, string>} */
 const TABS = { current: 'In sight', aside: 'Set aside', history: 'History' };
+const NONE = { current: 'No alarm is in sight. Those that are over stand under History.', aside: 'No alarm is set aside.', history: '' };
 const HEADS = ['Chosen', 'Severity', 'Alarm', 'State', 'For', 'Times', 'What is wrong', 'What to do', 'Last said'];
 const EVENT_HEADS = ['When', 'Alarm', 'What', 'By', 'Why'];
 /** @type {Record<Act, string>} */
@@ -94,10 +95,11 @@ export class AlarmList {
     this.#ages = [];
     const rows = alarms.slice(0, MOST_ROWS).map((alarm) => this.#row(alarm));
     const more = alarms.length > MOST_ROWS ? `; the first ${MOST_ROWS} are shown` : '';
-    this.#body.replaceChildren(table(`${alarms.length} alarms ${TABS[this.#tab].toLowerCase()}${more}`, HEADS, rows));
+    this.#body.replaceChildren(rows.length ? table(`${alarms.length} alarms ${TABS[this.#tab].toLowerCase()}${more}`, HEADS, rows) : h('p', { class: 'quiet', text: NONE[this.#tab] }));
+    this.#all.disabled = rows.length === 0;
     setText(this.#all, this.#chosen.size ? 'Choose none (E)' : 'Choose all (E)');
     const targets = [...this.#chosen].flatMap((id) => this.#alarms.get(id) ?? []);
-    for (const [act, button] of this.#acts) button.disabled = targets.length > 0 && open(targets, act).length === 0;
+    for (const [act, button] of this.#acts) button.disabled = alarms.length === 0 || (targets.length > 0 && open(targets, act).length === 0);
     if (at >= 0) (this.#rows().find((row) => row.dataset.alarm === held) ?? this.#rows()[Math.min(at, rows.length - 1)] ?? this.#tabs.get(this.#tab))?.focus();
   }
 

@@ -104,6 +104,7 @@ export class Home {
     const searching = Boolean(this.#search.value.trim());
     this.#newer.disabled = !this.#befores.length;
     this.#older.disabled = !this.#next;
+    this.#newer.hidden = this.#older.hidden = this.#newer.disabled && this.#older.disabled; // one page is all
     this.#pager.hidden = !sessions.length && !searching && !this.#befores.length;
     this.#start.offer(sessions);
     const now = JSON.stringify([sessions, searching]);

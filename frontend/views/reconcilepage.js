@@ -33,7 +33,7 @@ export class ReconcilePage {
   #rows = h('div', { id: 'lines' });
   #undeclared = h('details', { id: 'undeclared' });
   #detail = h('section', { id: 'line-panel', 'aria-label': 'Evidence' });
-  #export = h('a', { id: 'export', text: 'Export CSV', title: 'Every line (E)', download: '' });
+  #export = h('a', { id: 'export', text: 'Export CSV', title: 'Every line (E)', download: '', hidden: true });
   /** @type {PondFacts | null} */ #pond = null;
   /** @type {Reconciliation | null} */ answer = null;
   #asked = 0;
@@ -109,6 +109,7 @@ export class ReconcilePage {
     const parts = OUTCOMES.map(({ outcome }) => counted(outcome, answer.counts[outcome]));
     const other = answer.same_pond ? '' : ' This inventory is of ANOTHER POND.';
     setText(this.#sum, `${format.count(answer.total)} lines = ${parts.join(' + ')}.${other}`);
+    this.#export.hidden = false;
     this.#export.href = reconcileUrl(this.options.session, answer.inventory.id, { format: 'csv' });
     this.#table(answer);
     this.#showUndeclared(answer);
@@ -177,7 +178,7 @@ export class ReconcilePage {
   #actions() {
     const outcomes = OUTCOMES.map(({ outcome, word }, i) => ({ keys: [String(i + 1)], word: `List or leave out: ${word.toLowerCase()}`, run: () => this.options.toggleOnly(outcome) }));
     return [{ keys: ['n'], word: 'Next line', run: () => this.#step(1) }, { keys: ['p'], word: 'Line before it', run: () => this.#step(-1) }, ...outcomes,
-      { keys: ['e'], word: 'Export as CSV', run: () => this.#export.click() }, { keys: ['t'], word: 'Light or dark', run: toggleTheme },
+      { keys: ['e'], word: 'Export as CSV', run: () => { if (this.answer) this.#export.click(); } }, { keys: ['t'], word: 'Light or dark', run: toggleTheme },
       { keys: ['i'], word: 'All inspections', run: () => location.assign('/?inspections') }, { keys: ['?'], word: 'These keys', run: () => this.help.showModal() }];
   }
 }

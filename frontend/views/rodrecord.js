@@ -71,7 +71,7 @@ export class RodRecord {
   #show({ history, by_hand: judgements, notes }) {
     const rows = history.toReversed().slice(0, MOST_ROWS).map((one) => [format.moment(one.at),
       one.conflicting ? wordOf('conflicting') : words(one.state, one.fill), format.percent(one.confidence), String(one.views)]);
-    this.#history.replaceChildren(h('h2', { text: `In this inspection · ${history.length} readings` }), rows.length ? table(['At', 'Reading', 'Sure', 'Looks'], rows)
+    this.#history.replaceChildren(h('h2', { text: `In this inspection · ${history.length} reading${history.length === 1 ? '' : 's'}` }), rows.length ? table(['At', 'Reading', 'Sure', 'Looks'], rows)
       : h('p', { class: 'quiet', text: 'No earlier reading is kept.' }));
     const said = [...judgements.map(judgementLine), ...notes.map(noteLine)];
     this.#said.replaceChildren(h('h2', { text: said.length ? 'What people say' : 'Nobody has said anything of it' }), h('ul', { class: 'said' }, ...said));

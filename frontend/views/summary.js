@@ -2,6 +2,7 @@
 /** The side panel's overview: how well the picture stands, counts, rods by verdict (which is the legend too). */
 
 import { Symbols } from '../map/symbols.js';
+import { decidingWords, isEarly, manyUncertain } from '../state/deciding.js';
 import * as format from '../state/format.js';
 import { VERDICTS, tally } from '../state/rods.js';
 import { h, setText } from './dom.js';
@@ -18,6 +19,7 @@ const FIGURES = [
 ];
 
 export class Summary {
+  #deciding = h('p', { class: 'sentence', id: 'deciding', role: 'status', hidden: true });
   #sentence = h('p', { class: 'sentence', id: 'quality' });
   /** @type {Map<string, HTMLElement>} */ #figures = new Map();
   /** @type {Map<string, {count: HTMLElement, share: HTMLElement, row: HTMLElement, symbol: HTMLElement}>} */ #rods = new Map();
@@ -32,7 +34,7 @@ export class Summary {
     const head = h('div', { class: 'panel-head' }, this.#rodsTotal, opacitySlider(options, 'rods', 'the rod symbols'));
     this.element = h('div', { class: 'side-part' },
       h('section', {}, head, h('ul', { class: 'legend', id: 'legend' }, ...VERDICTS.map((verdict) => this.#legendRow(verdict)))),
-      h('section', {}, h('h2', { text: 'Picture' }), this.#sentence, h('dl', { class: 'figures' }, ...figures, coverage, seen)));
+      h('section', {}, h('h2', { text: 'Picture' }), this.#deciding, this.#sentence, h('dl', { class: 'figures' }, ...figures, coverage, seen)));
     this.redraw();
     document.addEventListener('themechange', () => this.redraw());
   }
@@ -53,7 +55,8 @@ export class Summary {
     setText(this.#sentence, inspection.heldAtMs === null ? judged : `As known now: ${judged}`);
     for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
     this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');
-    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', (counts.uncertain ?? 0) > 0.05 * (counts.snapshots ?? 0));
+    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', manyUncertain(inspection) && !isEarly(inspection));
+    this.#tellDeciding(decidingWords(inspection));
     setText(this.#coverage, format.percent(coverage));
     setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)}` : 'Rods · no layout, none are read');
     for (const [verdict, row] of this.#rods) {
@@ -62,6 +65,13 @@ export class Summary {
       setText(row.share, rods.length ? format.percent(n / rods.length) : '');
       row.row.classList.toggle('attention', verdict === 'conflicting' && n > 0);
     }
+  }
+
+  /** @param {string | null} words */
+  #tellDeciding(words) {
+    this.#deciding.hidden = words === null;
+    this.#sentence.hidden = words !== null; // what it judges is not decided
+    setText(this.#deciding, words ?? '');
   }
 
   /** @param {string} name */

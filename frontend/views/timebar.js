@@ -27,19 +27,20 @@ export class TimeBar {
     this.element = h('div', { class: 'timebar', role: 'group', 'aria-label': 'Time' }, this.#live, this.#play, this.#slider, this.#speed, this.#label);
   }
 
-  /** @param {[number, number] | null} span of arrivals, epoch ms @param {string | null} end words for how the inspection ended */
-  update(span, end) {
+  /** @param {[number, number] | null} span of arrivals, epoch ms @param {string | null} end words for how the inspection ended
+   * @param {boolean} running whether snapshots are awaited: what ends is not called live */
+  update(span, end, running) {
     const { atMs, live, playing } = this.#clock;
     if (span) this.#span = span;
     this.#slider.disabled = !span;
     setAttribute(this.element, 'data-mode', live ? (end ? 'final' : 'live') : 'review');
-    setText(this.#live, end ? 'Final' : 'Live');
-    setAttribute(this.#live, 'title', end ? 'The inspection as it ended (V)' : 'Back to live (V)');
+    setText(this.#live, end ? 'Final' : running ? 'Live' : 'Newest');
+    setAttribute(this.#live, 'title', end ? 'The inspection as it ended (V)' : running ? 'Back to live (V)' : 'Back to what is known now (V)');
     setAttribute(this.#live, 'aria-pressed', String(live));
     setText(this.#play, live ? (end ? 'Replay' : 'Hold') : playing ? 'Pause' : 'Replay');
     const share = atMs === null || !span ? 1 : (atMs - span[0]) / Math.max(1, span[1] - span[0]);
     if (document.activeElement !== this.#slider || live || playing) this.#slider.value = String(Math.round(STEPS * share));
     setAttribute(this.#slider, 'aria-valuetext', live ? end ?? 'live' : format.moment(atMs));
-    setText(this.#label, atMs === null ? end ?? 'now' : `REVIEW ${format.moment(atMs)}${span ? `, ${format.age((span[1] - atMs) / 1000)} before the newest` : ''}`);
+    setText(this.#label, atMs === null ? end ?? (running ? 'now' : 'no more snapshots; the last correction is under way') : `REVIEW ${format.moment(atMs)}${span ? `, ${format.age((span[1] - atMs) / 1000)} before the newest` : ''}`);
   }
 }

@@ -4,6 +4,7 @@
 import { Problem, getReadings } from '../api/client.js';
 import { Readings } from '../state/readings.js';
 import { Clock, asOf, endOf } from '../state/review.js';
+import { isRunning } from '../state/robots.js';
 import { TimeBar } from './timebar.js';
 
 const [LEAST_MS, ASK_AGAIN_MS] = [120, 2000];
@@ -58,7 +59,7 @@ export class Timekeeper extends EventTarget {
     this.#showBar();
   }
 
-  #showBar() { this.bar.update(this.#inspection.span, endOf(this.#inspection.facts)); }
+  #showBar() { this.bar.update(this.#inspection.span, endOf(this.#inspection.facts), isRunning(this.#inspection.facts.state)); }
 
   #changed() {
     this.#stale = true;

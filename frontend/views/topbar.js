@@ -3,6 +3,7 @@
 
 import * as format from '../state/format.js';
 import { endOf, standing } from '../state/review.js';
+import { isOld } from '../state/robots.js';
 import { h, setAttribute, setText } from './dom.js';
 import { toggleTheme } from './theme.js';
 
@@ -64,6 +65,7 @@ export class TopBar {
     const { state, words } = standing(link.state, atMs, inspection.facts);
     this.#showLink(state, words ?? LINK_WORDS[link.state], link.silenceMs);
     const ageMs = inspection.ageMs(nowMs);
+    setAttribute(this.#ageBox, 'data-old', isOld(inspection.facts, ageMs) ? '' : null);
     setText(this.#age, ageMs === null ? format.NONE : format.age(ageMs / 1000));
   }
 }

@@ -1,0 +1,33 @@
+// @ts-check
+/** While an inspection runs, a pose that is uncertain is one that is still being decided; the page says so before anybody worries. Pure. */
+
+import { isRunning } from './robots.js';
+
+const MANY = 0.05;
+const EARLY_MS = 60_000;
+
+/** @param {import('./inspection.js').Inspection} inspection */
+function doubtfulOf({ facts: { counts = {} } }) {
+  const corrected = (counts.snapshots ?? 0) - (counts.pending ?? 0);
+  return { uncertain: counts.uncertain ?? 0, corrected };
+}
+
+/** Whether many poses are uncertain. @param {import('./inspection.js').Inspection} inspection */
+export function manyUncertain(inspection) {
+  const { uncertain, corrected } = doubtfulOf(inspection);
+  return uncertain > MANY * corrected;
+}
+
+/** In words, while that is so; else null. @param {import('./inspection.js').Inspection} inspection */
+export function decidingWords(inspection) {
+  const { uncertain, corrected } = doubtfulOf(inspection);
+  const { facts: { state }, heldAtMs } = inspection;
+  if (heldAtMs != null || !manyUncertain(inspection) || (!isRunning(state) && state !== 'finishing')) return null;
+  const settles = isRunning(state) ? 'more snapshots of the same places settle most of them' : 'the last correction is under way';
+  return `Poses are still being decided: ${uncertain} of ${corrected} are uncertain so far; ${settles}.`;
+}
+
+/** Whether that is as it should be: the first snapshots have had no time to be settled. @param {import('./inspection.js').Inspection} inspection */
+export function isEarly({ facts: { state }, span }) {
+  return isRunning(state) && (!span || span[1] - span[0] < EARLY_MS);
+}
