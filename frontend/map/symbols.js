@@ -32,16 +32,21 @@ export class Symbols {
 
   /** @param {RodRow} rod @param {number} size */
   #find(rod, size) {
-    const label = size < SHARE_FROM_PX ? labelOf(rod).charAt(0) : labelOf(rod);
-    const key = `${verdictOf(rod)} ${label} ${size} ${rod.by_hand ? 'by hand' : ''}`;
+    const key = keyOf(rod, size);
     let picture = this.#kept.get(key);
     if (!picture) {
       if (this.#kept.size > 2000) this.#kept.clear();
+      const label = size < SHARE_FROM_PX ? labelOf(rod).charAt(0) : labelOf(rod);
       picture = drawSymbol(rod, label, size, this.#palette);
       this.#kept.set(key, picture);
     }
     return picture;
   }
+}
+
+/** What is drawn alike. The label has the share, which is drawn also where it is too small to be written. @param {RodRow} rod @param {number} size */
+export function keyOf(rod, size) {
+  return `${verdictOf(rod)} ${labelOf(rod)} ${size} ${rod.by_hand ? 'by hand' : ''}`;
 }
 
 /** @param {RodRow} rod @param {string} label @param {number} r @param {Palette} palette */

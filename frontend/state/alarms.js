@@ -45,9 +45,9 @@ export function callOf({ active, rings }) { return rings ? (active ? 'active' : 
 /** What is wrong, or was. @param {Alarm} alarm */
 export function messageOf({ active, message }) { return active ? message : `Was: ${message}`; }
 
-/** What to do: of one that returned to normal only what takes it from the list. @param {Alarm} alarm */
-export function adviceOf({ active, acknowledged, latched, advice }) {
-  if (active) return advice;
+/** What to do: of one that returned to normal only what takes it from the list. @param {Alarm} alarm @param {boolean} [early] whether poses have had no time to be decided */
+export function adviceOf({ kind, active, acknowledged, latched, advice }, early = false) {
+  if (active) return early && kind === 'correction-poor' ? `Wait: poses are still being decided. If it stays: ${advice}` : advice;
   const left = [!acknowledged && 'acknowledge it', latched && 'reset it'].filter(Boolean).join(', then ');
   return `${latched ? `${advice} ` : ''}Over${left ? `: ${left}` : ''}.`;
 }

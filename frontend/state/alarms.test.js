@@ -87,6 +87,8 @@ test('one that returned to normal and was not acknowledged is told as that: belo
   assert.deepEqual([messageOf(alarm(2, over)), adviceOf(alarm(2, over))], ['Was: About 65 % is not sure.', 'Over: acknowledge it.']);
   assert.equal(adviceOf(alarm(2, { ...over, latched: true })), 'Check the water. Over: acknowledge it, then reset it.');
   assert.equal(adviceOf(alarm(2, { ...over, active: true })), 'Check the water.');
+  assert.equal(adviceOf(alarm(2, { ...over, active: true, kind: 'correction-poor' }), true), 'Wait: poses are still being decided. If it stays: Check the water.');
+  assert.equal(adviceOf(alarm(2, { ...over, active: true }), true), 'Check the water.');
   assert.equal(book(alarm(2, over)).worst, null);
   assert.deepEqual(book(alarm(1), alarm(2, over)).groups.map(({ call, returned }) => [call, returned]), [['active', 1]]);
 });

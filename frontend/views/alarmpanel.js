@@ -19,6 +19,7 @@ export class AlarmPanel {
   #notes = h('ul', { class: 'alarm-lines' });
   #more = h('button', { type: 'button', id: 'alarm-more', title: 'All alarms and their history (A)' });
   #shown = -1;
+  #early = false;
   #noted = '';
   /** @type {{age: HTMLElement, since: number}[]} */ #ages = [];
   element = h('section', { id: 'alarms', 'aria-labelledby': 'alarms-title' }, this.#title, this.#list, this.#notes, this.#more);
@@ -29,9 +30,10 @@ export class AlarmPanel {
     this.#more.addEventListener('click', uses.list);
   }
 
-  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock @param {boolean} live */
-  update(alarms, notes, nowMs, live) {
-    if (this.#shown !== alarms.version) this.#draw(alarms);
+  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock @param {boolean} live
+   * @param {boolean} early whether poses have had no time to be decided */
+  update(alarms, notes, nowMs, live, early) {
+    if (this.#shown !== alarms.version || this.#early !== early) this.#draw(alarms, early);
     setText(this.#title, titleOf(alarms, live));
     for (const { age, since } of this.#ages) setText(age, format.age((nowMs - since) / 1000));
     const noted = notes.map(({ text }) => text).join('\n');
@@ -41,9 +43,10 @@ export class AlarmPanel {
       mark(levelOf(severity), 'active'), h('div', { class: 'what' }, h('strong', { text }), h('span', { text: advice })))));
   }
 
-  /** @param {Alarms} alarms */
-  #draw(alarms) {
+  /** @param {Alarms} alarms @param {boolean} early */
+  #draw(alarms, early) {
     this.#shown = alarms.version;
+    this.#early = early;
     const held = document.activeElement instanceof HTMLElement && this.#list.contains(document.activeElement) ? document.activeElement.dataset.key : null;
     this.#ages = [];
     const lines = alarms.groups.flatMap((group) => (group.flood ? [this.#flood(group)] : group.alarms.slice(0, SHOWN).map((alarm) => this.#line(alarm))));
@@ -60,7 +63,7 @@ export class AlarmPanel {
     const said = alarm.comment ? `${alarm.comment.by}: ${alarm.comment.text}` : '';
     return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-call': callOf(alarm) }, mark(levelOf(alarm.severity), callOf(alarm)),
       h('div', { class: 'what' }, name, h('span', { text: format.sentence(messageOf(alarm)) }),
-        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: adviceOf(alarm) }), said && h('span', { class: 'quiet', text: said })),
+        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: adviceOf(alarm, this.#early) }), said && h('span', { class: 'quiet', text: said })),
       this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, nameOf(alarm)));
   }
 
@@ -70,7 +73,7 @@ export class AlarmPanel {
     const names = alarms.slice(0, 4).map(({ subject }) => subject).join(', ');
     return h('li', { 'data-kind': kind, 'data-level': level.name, 'data-call': call }, mark(level, call),
       h('div', { class: 'what' }, open, h('span', { text: `${names},\u00a0…` }),
-        h('span', { class: 'state' }, `${ringing} not acknowledged${returned ? `, ${returned} returned to normal` : ''}; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: adviceOf(alarms[0]) })),
+        h('span', { class: 'state' }, `${floodWords(alarms.length, ringing, returned)}; the newest `, this.#age(alarms[0])), h('span', { class: 'advice', text: adviceOf(alarms[0]) })),
       this.#button(alarms.filter(({ acts }) => acts.includes('acknowledge')), `ack-${kind}`, title));
   }
 
@@ -89,9 +92,16 @@ export class AlarmPanel {
   }
 }
 
+/** Of many of a kind: how many are over, and how many nobody acknowledged. @param {number} all @param {number} ringing @param {number} returned */
+function floodWords(all, ringing, returned) {
+  if (returned === all) return `returned to normal, ${ringing === all ? 'not acknowledged' : `${ringing} not acknowledged`}`;
+  return `${ringing} not acknowledged${returned ? `, ${returned} returned to normal` : ''}`;
+}
+
 /** In a review they are still those of now, and say so. @param {Alarms} alarms @param {boolean} live */
 function titleOf({ current, ringing }, live) {
   const now = live ? '' : ' now';
   const over = current.filter(({ active }) => !active).length;
+  if (over && over === current.length) return `Alarms${now} · ${over}, all returned to normal`;
   return current.length ? `Alarms${now} · ${current.length}, ${ringing} not acknowledged${over ? `, ${over} returned to normal` : ''}` : `No alarms${now}`;
 }

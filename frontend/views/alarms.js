@@ -4,6 +4,7 @@
 import { Problem, alarmsOf } from '../api/client.js';
 import { ACT_WORDS, ACTS, nameOf, open } from '../state/alarms.js';
 import { attentionOf } from '../state/attention.js';
+import { isEarly } from '../state/deciding.js';
 import { AlarmDialog } from './alarmdialog.js';
 import { ACT_KEYS, AlarmList } from './alarmlist.js';
 import { AlarmPanel } from './alarmpanel.js';
@@ -75,7 +76,7 @@ export class AlarmDesk {
   /** Alarms are always those of now. @param {boolean} live whether the page shows now too @param {number} nowMs the server's clock */
   update(live, nowMs) {
     const { alarms } = this.#inspection;
-    this.panel.update(alarms, attentionOf(this.#inspection), nowMs, live);
+    this.panel.update(alarms, attentionOf(this.#inspection), nowMs, live, isEarly(this.#inspection));
     this.list.update(nowMs);
     if (this.#version === alarms.version) return;
     this.#version = alarms.version;

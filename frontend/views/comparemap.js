@@ -128,10 +128,10 @@ export class CompareMap extends EventTarget {
     const ground = this.#ground;
     this.#paintPictures(context, frame, is);
     if (shown.grid) paintGrid(context, frame, ground.pond, this.#colours);
+    const chosen = rod && this.#layout.get(rod);
+    if (chosen) paintChosen(context, frame, chosen, this.#colours); // below the badges, which say what changed
     if (shown.changes) paintChanges(context, frame, this.marked, (id) => this.#layout.get(id), this.#colours);
     if (shown.grid) paintGridNames(context, frame, ground.pond, this.#colours);
-    const chosen = rod && this.#layout.get(rod);
-    if (chosen) paintChosen(context, frame, chosen, this.#colours);
     this.#painted.add(is);
     this.dispatchEvent(new Event('painted'));
   }

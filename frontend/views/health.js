@@ -35,8 +35,8 @@ export class Health {
    * @param {import('../state/looks.js').Looks | null} looks
    */
   update(pulse, inspection, looks) {
-    this.#write('rate', `${format.fixed(pulse.perSecond, 1)} a second`);
-    this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, ${format.delay(pulse.worstMs)} at worst`);
+    this.#write('rate', format.figure(pulse.perSecond, 1, 'a second').replace('a ', 'a\u00a0'));
+    this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, worst ${format.delay(pulse.worstMs)}`);
     this.#write('queue', format.count(inspection.facts.counts?.pending));
     this.#write('noise', format.length(inspection.meanDriftM));
     const twice = looks?.twiceShare;

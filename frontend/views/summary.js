@@ -51,7 +51,7 @@ export class Summary {
     const rods = pond?.rods ?? [];
     const tallied = tally(rods.map((rod) => rod.id), (id) => inspection.rod(id));
     const seen = rods.length - tallied.unseen;
-    const judged = format.sentence(quality?.sentence || 'No judgement of the correction yet.');
+    const judged = format.sentence(quality?.sentence || (counts.snapshots ? 'No judgement of the correction yet.' : 'No snapshot has come yet.'));
     setText(this.#sentence, inspection.heldAtMs === null ? judged : `As known now: ${judged}`);
     for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
     this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');

@@ -66,6 +66,6 @@ export class TopBar {
     this.#showLink(state, words ?? LINK_WORDS[link.state], link.silenceMs);
     const ageMs = inspection.ageMs(nowMs);
     setAttribute(this.#ageBox, 'data-old', isOld(inspection.facts, ageMs) ? '' : null);
-    setText(this.#age, ageMs === null ? format.NONE : format.age(ageMs / 1000));
+    setText(this.#age, ageMs === null ? 'none yet' : format.age(ageMs / 1000));
   }
 }
