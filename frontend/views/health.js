@@ -16,6 +16,7 @@ const TRENDS = /** @type {const} */ (['rate', 'latency', 'queue']);
 export class Health {
   /** @type {Map<Row, HTMLElement>} */ #values = new Map();
   /** @type {Map<Row, Trend>} */ #trends = new Map(TRENDS.map((name) => [name, new Trend(ROWS[name])]));
+  #title = h('h2', { id: 'health-title' });
   #go = h('button', { type: 'button', id: 'look-next', title: 'Show it on the map (N)' });
 
   /** @param {() => void} goNext */
@@ -27,7 +28,7 @@ export class Health {
       return [h('dt', { text: word }), h('dd', {}, value, this.#trends.get(name)?.element)];
     });
     this.#values.get('next')?.append(this.#go);
-    this.element = h('section', {}, h('h2', { text: 'Health of the picture' }), h('dl', { class: 'facts' }, ...rows));
+    this.element = h('section', {}, this.#title, h('dl', { class: 'facts' }, ...rows));
   }
 
   /**
@@ -35,9 +36,10 @@ export class Health {
    * @param {import('../state/looks.js').Looks | null} looks
    */
   update(pulse, inspection, looks) {
+    setText(this.#title, inspection.heldAtMs === null ? 'Health of the picture' : 'Health of the picture now; coverage then');
     this.#write('rate', format.figure(pulse.perSecond, 1, 'a second').replace('a ', 'a\u00a0'));
     this.#write('latency', pulse.latencyMs === null ? format.NONE : `${format.delay(pulse.latencyMs)}, worst ${format.delay(pulse.worstMs)}`);
-    this.#write('queue', format.count(inspection.facts.counts?.pending));
+    this.#write('queue', format.count(inspection.heldAtMs === null ? inspection.facts.counts?.pending : pulse.samples.at(-1)?.queue));
     this.#write('noise', format.length(inspection.meanDriftM));
     const twice = looks?.twiceShare;
     this.#write('twice', twice == null ? format.NONE : `${format.percent(twice, 1)} of rods seen at least twice in 30 minutes`);

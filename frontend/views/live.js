@@ -74,7 +74,7 @@ export class Live {
     this.#wanted = { rod, view, at };
     this.#findings = new Findings(facts.id, (finding) => this.#view?.goToFinding(finding));
     this.strip = new RobotStrip((robot) => this.#goToRobot(robot));
-    this.rodPanel = new RodPanel(() => this.inspection.facts);
+    this.rodPanel = new RodPanel(() => this.inspection.facts, () => this.time.shown);
     this.tables = new Tables(() => this.time.shown, () => this.#view?.looks ?? null, (id) => this.#find(id), () => this.tables.toggle(false));
     const middle = () => this.#view?.map.centre ?? null;
     this.#notes = new Notes({ session: facts.id, middle, moment: () => this.time.clock.atMs, go: (note) => this.#goToNote(note) });

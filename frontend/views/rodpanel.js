@@ -3,6 +3,7 @@
 
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
 import { Symbols } from '../map/symbols.js';
+import { behindThen, behindWords, keyOf } from '../state/behind.js';
 import * as format from '../state/format.js';
 import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
 import { h } from './dom.js';
@@ -19,15 +20,20 @@ export class RodPanel extends EventTarget {
   #asked = 0;
   /** @type {string | null} */ #rodId = null;
   /** @type {Evidence | null} */ #chosen = null;
+  /** As the server told it last. @type {RodFacts | null} */ #told = null;
+  /** What of it is listed, and how many looks it was asked for. */ #listed = '';
+  #askedViews = -1;
+  #shown;
   #reading = h('div', { id: 'rod-reading' });
   #evidence = h('section');
 
   #record;
 
-  /** @param {() => SessionFacts} facts of the inspection */
-  constructor(facts) {
+  /** @param {() => SessionFacts} facts of the inspection @param {() => import('../state/inspection.js').Inspection} shown as the page shows it */
+  constructor(facts, shown) {
     super();
     this.#facts = facts;
+    this.#shown = shown;
     this.#session = facts().id;
     this.#record = new RodRecord(facts);
     this.element = h('section', { id: 'rod-panel', 'aria-label': 'Rod', hidden: true });
@@ -41,7 +47,8 @@ export class RodPanel extends EventTarget {
   async open(rod, layout) {
     this.#rodId = rod.rod_id;
     this.#layout = layout;
-    this.#chosen = null;
+    this.#chosen = this.#told = null;
+    this.#askedViews = rod.views;
     const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => this.close() });
     this.#evidence.replaceChildren(h('p', { class: 'quiet', text: 'Loading the snapshots…' }));
     this.element.replaceChildren(h('div', { class: 'panel-head' }, h('h2', { text: `Rod ${rod.rod_id}` }), close), this.#reading, this.#evidence, this.#record.element);
@@ -72,6 +79,15 @@ export class RodPanel extends EventTarget {
       h('p', { class: 'verdict', id: 'rod-verdict' }, new Symbols(rodPalette()).of(rod, 15), h('span', { text: word })),
       facts(rows));
     this.#record.update(rod);
+    this.#follow(rod);
+  }
+
+  /** The snapshots of another moment; and those that came since, once the rod has more looks. @param {RodRow} rod */
+  #follow(rod) {
+    if (this.#told) this.#showEvidence(this.#told);
+    if (this.#shown().heldAtMs != null || rod.views === this.#askedViews) return;
+    this.#askedViews = rod.views;
+    void this.#load(rod.rod_id);
   }
 
   /** @param {string} rodId */
@@ -79,7 +95,10 @@ export class RodPanel extends EventTarget {
     const asked = ++this.#asked;
     try {
       const rod = await getRod(this.#session, rodId);
-      if (asked === this.#asked) this.#showEvidence(rod);
+      if (asked !== this.#asked) return;
+      this.#told = rod;
+      this.#listed = '';
+      this.#showEvidence(rod);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
       if (asked === this.#asked) this.#evidence.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: error.message }));
@@ -88,12 +107,17 @@ export class RodPanel extends EventTarget {
 
   /** @param {RodFacts} rod */
   #showEvidence(rod) {
-    const shown = rod.snapshots.slice(0, MOST_SHOWN);
-    const more = rod.snapshots.length - shown.length;
+    const snapshots = behindThen(rod.snapshots, this.#shown());
+    const isPast = this.#shown().heldAtMs != null;
+    const listed = [isPast, ...snapshots.map(keyOf)].join();
+    if (listed === this.#listed) return;
+    this.#listed = listed;
+    const shown = snapshots.slice(0, MOST_SHOWN);
+    const more = snapshots.length - shown.length;
     const pictures = shown.map((snapshot) => this.#picture(snapshot));
     this.#evidence.replaceChildren(
-      h('h2', { text: rod.snapshots.length ? `Snapshots behind it · ${rod.snapshots.length}` : 'No snapshot shows this rod.' }),
-      rod.snapshots.length > 0 && h('p', { class: 'quiet small', text: 'Ring: the rod by the corrected pose; dashed: by the pose that came.' }) || '',
+      h('h2', { text: behindWords(snapshots.length, isPast) }),
+      snapshots.length > 0 && h('p', { class: 'quiet small', text: 'Ring: the rod by the corrected pose; dashed: by the pose that came.' }) || '',
       h('div', { class: 'evidence' }, ...pictures),
       more > 0 && h('p', { class: 'quiet', text: `and ${more} more` }) || '',
       facts({ Method: rod.method ?? format.NONE, ...(rod.model_digest ? { Model: rod.model_digest } : {}) }));
@@ -102,7 +126,7 @@ export class RodPanel extends EventTarget {
   /** @param {Evidence} snapshot */
   #picture(snapshot) {
     const name = `${snapshot.robot} #${snapshot.sequence}`;
-    const button = h('button', { type: 'button', 'aria-pressed': 'false', title: 'Show where it was said to be, and where it is',
+    const button = h('button', { type: 'button', 'aria-pressed': String(this.#isChosen(snapshot)), title: 'Show where it was said to be, and where it is',
       onClick: () => this.#choose(snapshot, button) },
       h('span', { class: 'picture' }, h('img', { src: snapshotUrl(this.#session, snapshot), alt: `Snapshot ${name}`, loading: 'lazy' }), ...this.#rings(snapshot)),
       h('span', { text: name }), h('span', { class: 'quiet', text: evidenceLine(snapshot) }));
@@ -117,9 +141,12 @@ export class RodPanel extends EventTarget {
     return [ring(raw, camera, rod, 'raw'), corrected && ring(corrected, camera, rod, 'corrected')];
   }
 
+  /** @param {Evidence} snapshot */
+  #isChosen(snapshot) { return this.#chosen !== null && keyOf(this.#chosen) === keyOf(snapshot); }
+
   /** @param {Evidence} snapshot @param {HTMLElement} button */
   #choose(snapshot, button) {
-    const again = this.#chosen === snapshot;
+    const again = this.#isChosen(snapshot);
     for (const other of this.#evidence.querySelectorAll('button')) other.setAttribute('aria-pressed', 'false');
     button.setAttribute('aria-pressed', String(!again));
     this.#chosen = again ? null : snapshot;

@@ -72,3 +72,25 @@ def test_a_judgement_without_a_reason_is_not_sent(desk: Desk, server: FakeServer
 
     desk.page.wait_for_timeout(300)
     assert server.said == {}
+
+
+def test_behind_a_rod_stand_the_snapshots_of_the_moment_that_is_shown(desk: Desk, server: FakeServer) -> None:
+    server.advance(10)
+    rows = {row["rod_id"]: row["views"] for row in server.source.changes("s1", None).rods}
+    rod = max(rows, key=lambda name: rows[name])
+    desk.open(server, f"/?session=s1&rod={rod}")
+    pictures = desk.page.locator(".evidence button")
+    assert eventually(lambda: pictures.count() > 0)
+    before = pictures.count()
+
+    desk.page.locator("#scrub").fill("0")
+    assert desk.says("#rod-panel", "by then")
+    assert eventually(lambda: pictures.count() < before)
+    assert desk.says("#health-title", "coverage then")
+    desk.page.keyboard.press("v")
+    assert eventually(lambda: pictures.count() == before)
+
+    while {row["rod_id"]: row["views"] for row in server.source.changes("s1", None).rods}[rod] == rows[rod]:
+        server.advance()
+    assert eventually(lambda: pictures.count() > before), "what came since is listed without asking"
+    assert desk.errors == []

@@ -1,0 +1,16 @@
+// @ts-check
+/** The snapshots behind a rod, as far as the moment that the page shows: a review holds nothing that came later. Pure. */
+
+/** @param {{robot: string, boot?: number, sequence: number}} snapshot */
+export function keyOf({ robot, boot, sequence }) { return `${robot}/${boot ?? 0}/${sequence}`; }
+
+/** @param {Evidence[]} snapshots as the server knows them now @param {import('./inspection.js').Inspection} shown as the page shows it */
+export function behindThen(snapshots, { heldAtMs, poses }) {
+  return heldAtMs == null ? snapshots : snapshots.filter((one) => poses.has(keyOf(one)));
+}
+
+/** @param {number} count @param {boolean} isPast */
+export function behindWords(count, isPast) {
+  const by = isPast ? ' by then' : '';
+  return count ? `Snapshots behind it${by} · ${count}` : isPast ? 'No snapshot had shown this rod by then.' : 'No snapshot shows this rod.';
+}
