@@ -36,7 +36,7 @@ declare interface Evidence {
   robot: string; boot: number; sequence: number; captured_at: string; raw: PlanePose; corrected: PlanePose | null;
   status: string; fill?: number | null;
 }
-declare interface RodFacts extends RodRow { method?: string; model_digest?: string | null; snapshots: Evidence[]; place?: RodPlace; camera?: Camera; }
+declare interface RodFacts extends RodRow { method?: string; method_digest?: string; model_digest?: string | null; snapshots: Evidence[]; place?: RodPlace; camera?: Camera; }
 declare interface PatchHeader {
   type: 'patch'; layer: string; x: number; y: number; width: number; height: number; revision: number; mime: string;
 }

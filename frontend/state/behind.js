@@ -9,6 +9,9 @@ export function behindThen(snapshots, { heldAtMs, poses }) {
   return heldAtMs == null ? snapshots : snapshots.filter((one) => poses.has(keyOf(one)));
 }
 
+/** A digest as far as one compares it by eye. @param {string} digest `sha256:` and 64 digits */
+export function shortDigest(digest) { return `${digest.slice(0, 19)}…`; }
+
 /** @param {number} count @param {boolean} isPast */
 export function behindWords(count, isPast) {
   const by = isPast ? ' by then' : '';

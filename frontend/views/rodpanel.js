@@ -3,7 +3,7 @@
 
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
 import { Symbols } from '../map/symbols.js';
-import { behindThen, behindWords, keyOf } from '../state/behind.js';
+import { behindThen, behindWords, keyOf, shortDigest } from '../state/behind.js';
 import * as format from '../state/format.js';
 import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
 import { h } from './dom.js';
@@ -120,7 +120,7 @@ export class RodPanel extends EventTarget {
       snapshots.length > 0 && h('p', { class: 'quiet small', text: 'Ring: the rod by the corrected pose; dashed: by the pose that came.' }) || '',
       h('div', { class: 'evidence' }, ...pictures),
       more > 0 && h('p', { class: 'quiet', text: `and ${more} more` }) || '',
-      facts({ Method: rod.method ?? format.NONE, ...(rod.model_digest ? { Model: rod.model_digest } : {}) }));
+      facts({ Method: rod.method ?? format.NONE, ...digestsOf(rod) }));
   }
 
   /** @param {Evidence} snapshot */
@@ -159,6 +159,11 @@ function evidenceLine({ raw, corrected, status, fill }) {
   const moved = corrected ? `moved ${format.length(Math.hypot(corrected.x_m - raw.x_m, corrected.y_m - raw.y_m))}` : 'not placed';
   const reads = fill == null ? '' : `reads ${format.percent(fill)}, `;
   return `${reads}${status === 'uncertain' ? 'uncertain, ' : ''}${moved}`;
+}
+
+/** By what it was read; in full in the evidence and from the API. @param {RodFacts} rod @returns {Record<string, string>} */
+function digestsOf({ method_digest: method, model_digest: model }) {
+  return { ...(method ? { 'Method digest': shortDigest(method) } : {}), ...(model ? { 'Model digest': shortDigest(model) } : {}) };
 }
 
 /** @param {Record<string, string>} rows */

@@ -12,6 +12,7 @@ import pytest
 
 from pondwatch.core.layouts import lattice
 from pondwatch.core.values import RodReading, RodState
+from pondwatch.jobs.provenance import method_digest
 from tests.fakes.inspections import finished, floor
 from tests.fakes.robot import document
 from tests.fakes.whole import Whole, whole
@@ -91,6 +92,14 @@ def test_the_last_inspection_is_one_click_away_and_the_changed_rods_are_told(des
     assert "coverage 100 %" in desk.text(".pair-side.after")
     assert desk.errors == []
     assert desk.strangers == []
+
+
+def test_a_rod_tells_by_what_it_was_read(desk: Desk, surveys: Surveys) -> None:
+    desk.page.goto(f"{surveys.server.url}/?session={surveys.after}&rod=R0002")
+
+    assert desk.says("#rod-panel", "Method digest")
+    assert desk.says("#rod-panel", f"sha256:{method_digest()[:12]}")
+    assert desk.errors == []
 
 
 def test_each_place_is_asked_for_at_one_scale_and_complete_means_painted(desk: Desk, surveys: Surveys) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from pondwatch.core.coverage import rods_in_view
 from pondwatch.core.errors import Missing
 from pondwatch.core.frames import pond_to_raster
 from pondwatch.core.values import CorrectedPose, Pond, Rect, SnapshotKey, Status
-from pondwatch.jobs import exports, tiles, views
+from pondwatch.jobs import exports, sealing, tiles, views
 from pondwatch.jobs.views import Json
 from pondwatch.store import corrections, judgements, revisions, sessions
 from pondwatch.store.corrections import Correction
@@ -95,20 +95,27 @@ def get_rods(here: Here, session_id: str, form: Format = "json", method: Method 
 @router.get("/rods/{rod_id}", summary="One rod and the snapshots behind it")
 def get_rod(here: Here, session_id: str, rod_id: str) -> JSONResponse:
     """The reading, and the snapshots whose corrected footprint holds the whole rod. `place`, in the layout, m, pond
-    frame, and `camera` say where it is in each of them."""
+    frame, and `camera` say where it is in each of them. `method_digest` and `model_digest` say by what it was read."""
 
-    def look(connection: Connection) -> tuple[Session, list[Json], list[Json]]:
+    def look(connection: Connection) -> tuple[Session, list[Json], list[Json], Json]:
         session, _, rods = rods_by(connection, session_id)
-        return session, rods, [views.pose(row) for row in revisions.pose_rows(connection, session_id)]
+        poses = [views.pose(row) for row in revisions.pose_rows(connection, session_id)]
+        return session, rods, poses, sealing.answerable(connection, session)
 
-    session, rods, poses = here.store.read(look)
+    session, rods, poses, made = here.store.read(look)
     reading = next((rod for rod in rods if rod["rod_id"] == rod_id), None)
     if reading is None:
         raise Missing("There is no such rod.", kind="rod", id=rod_id[:100])
     seen = [views.evidence(pose) for pose in _showing(session, rod_id, poses)]
     rod = next(rod for rod in session.inspection.pond.rods if rod.id == rod_id)
     told = {"session": session_id, "method": session.method, "place": views.place(rod), "snapshots": seen}
-    return JSONResponse({**reading, **told, "camera": views.camera(session)})
+    digests = {"method_digest": f"sha256:{made['method_sha256']}", "model_digest": _digest_of(made["models"])}
+    return JSONResponse({**reading, **told, **digests, "camera": views.camera(session)})
+
+
+def _digest_of(models: Mapping[str, str]) -> str | None:
+    """Of the network that a method uses, if it does."""
+    return next((f"sha256:{digest}" for digest in models.values()), None)
 
 
 @router.get("/rods/{rod_id}/picture.png", summary="A rod in the mosaic")

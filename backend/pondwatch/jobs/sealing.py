@@ -74,6 +74,13 @@ def seal(store: Store, session_id: str, now_ms: int) -> Seal:
     return store.write(lambda c: seals.keep(c, session_id, made))
 
 
+def answerable(connection: Connection, session: Session) -> Json:
+    """What made a session's result: as it was sealed; while it is not, this program. See `made_by`."""
+    found = seals.find(connection, session.id)
+    told: Json = json.loads(found.manifest)["sealed_by"] if found else made_by(session.method)
+    return told
+
+
 def seal_if_possible(store: Store, session_id: str, now_ms: int) -> None:
     """As `seal`; where the store or the key fails it is logged, and done at the next start or by who asks for it."""
     try:
