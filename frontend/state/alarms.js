@@ -62,6 +62,14 @@ export class Alarms {
   /** The server's, once it told them. @type {{robot_silent_s?: number, [name: string]: number | undefined}} */ limits = {};
   /** Grows with every change. */
   version = 0;
+  /** Whether poses have had no time to be decided. */ early = false;
+
+  /** @param {boolean} early */
+  tell(early) {
+    if (early === this.early) return;
+    this.early = early;
+    this.version += 1;
+  }
 
   /** @param {Alarm} alarm */
   apply(alarm) {

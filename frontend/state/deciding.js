@@ -27,7 +27,8 @@ export function decidingWords(inspection) {
   return `Poses are still being decided: ${uncertain} of ${corrected} are uncertain so far; ${settles}.`;
 }
 
-/** Whether that is as it should be: the first snapshots have had no time to be settled. @param {import('./inspection.js').Inspection} inspection */
-export function isEarly({ facts: { state }, span }) {
-  return isRunning(state) && (!span || span[1] - span[0] < EARLY_MS);
+/** Whether that is as it should be: the first snapshots have had no time to be settled.
+ * @param {import('./inspection.js').Inspection} inspection @param {number} nowMs the server's clock */
+export function isEarly({ facts: { state }, span }, nowMs) {
+  return isRunning(state) && (!span || nowMs - span[0] < EARLY_MS);
 }

@@ -112,7 +112,7 @@ export class AlarmList {
     this.#ages.push({ cell, since: Date.parse(alarm.since) });
     const go = h('button', { type: 'button', class: 'plain', text: nameOf(alarm), onClick: () => this.#go(alarm) });
     const said = alarm.comment ? `${alarm.comment.by}, ${format.moment(alarm.comment.at)}: ${alarm.comment.text}` : format.NONE;
-    return [choose, mark(levelOf(alarm.severity), callOf(alarm)), go, stateWords(alarm, format.moment), cell, String(alarm.occurrences), format.sentence(messageOf(alarm)), adviceOf(alarm), said];
+    return [choose, mark(levelOf(alarm.severity), callOf(alarm)), go, stateWords(alarm, format.moment), cell, String(alarm.occurrences), format.sentence(messageOf(alarm)), adviceOf(alarm, this.#alarms.early), said];
   }
 
   /** @param {number} id */

@@ -19,7 +19,6 @@ export class AlarmPanel {
   #notes = h('ul', { class: 'alarm-lines' });
   #more = h('button', { type: 'button', id: 'alarm-more', title: 'All alarms and their history (A)' });
   #shown = -1;
-  #early = false;
   #noted = '';
   /** @type {{age: HTMLElement, since: number}[]} */ #ages = [];
   element = h('section', { id: 'alarms', 'aria-labelledby': 'alarms-title' }, this.#title, this.#list, this.#notes, this.#more);
@@ -30,10 +29,9 @@ export class AlarmPanel {
     this.#more.addEventListener('click', uses.list);
   }
 
-  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock @param {boolean} live
-   * @param {boolean} early whether poses have had no time to be decided */
-  update(alarms, notes, nowMs, live, early) {
-    if (this.#shown !== alarms.version || this.#early !== early) this.#draw(alarms, early);
+  /** @param {Alarms} alarms @param {import('../state/attention.js').Note[]} notes @param {number} nowMs the server's clock @param {boolean} live */
+  update(alarms, notes, nowMs, live) {
+    if (this.#shown !== alarms.version) this.#draw(alarms);
     setText(this.#title, titleOf(alarms, live));
     for (const { age, since } of this.#ages) setText(age, format.age((nowMs - since) / 1000));
     const noted = notes.map(({ text }) => text).join('\n');
@@ -43,27 +41,26 @@ export class AlarmPanel {
       mark(levelOf(severity), 'active'), h('div', { class: 'what' }, h('strong', { text }), h('span', { text: advice })))));
   }
 
-  /** @param {Alarms} alarms @param {boolean} early */
-  #draw(alarms, early) {
+  /** @param {Alarms} alarms */
+  #draw(alarms) {
     this.#shown = alarms.version;
-    this.#early = early;
     const held = document.activeElement instanceof HTMLElement && this.#list.contains(document.activeElement) ? document.activeElement.dataset.key : null;
     this.#ages = [];
-    const lines = alarms.groups.flatMap((group) => (group.flood ? [this.#flood(group)] : group.alarms.slice(0, SHOWN).map((alarm) => this.#line(alarm))));
+    const lines = alarms.groups.flatMap((group) => (group.flood ? [this.#flood(group)] : group.alarms.slice(0, SHOWN).map((alarm) => this.#line(alarm, alarms.early))));
     this.#list.replaceChildren(...lines);
     const { aside } = alarms;
     setText(this.#more, aside.length ? `All alarms · ${aside.length} set aside` : 'All alarms');
     if (held) /** @type {HTMLElement | null} */ (this.#list.querySelector(`[data-key="${CSS.escape(held)}"]`) ?? this.#list.querySelector('button') ?? this.#more)?.focus();
   }
 
-  /** @param {Alarm} alarm */
-  #line(alarm) {
+  /** @param {Alarm} alarm @param {boolean} early */
+  #line(alarm, early) {
     const age = this.#age(alarm);
     const name = h('button', { type: 'button', class: 'plain', 'data-key': `go-${alarm.id}`, title: 'Show it on the map', text: nameOf(alarm), onClick: () => this.#uses.go(alarm) });
     const said = alarm.comment ? `${alarm.comment.by}: ${alarm.comment.text}` : '';
     return h('li', { 'data-alarm': alarm.id, 'data-kind': alarm.kind, 'data-level': levelOf(alarm.severity).name, 'data-call': callOf(alarm) }, mark(levelOf(alarm.severity), callOf(alarm)),
       h('div', { class: 'what' }, name, h('span', { text: format.sentence(messageOf(alarm)) }),
-        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: adviceOf(alarm, this.#early) }), said && h('span', { class: 'quiet', text: said })),
+        h('span', { class: 'state' }, `${stateWords(alarm, format.moment)}, `, age), h('span', { class: 'advice', text: adviceOf(alarm, early) }), said && h('span', { class: 'quiet', text: said })),
       this.#button(alarm.acts.includes('acknowledge') ? [alarm] : [], `ack-${alarm.id}`, nameOf(alarm)));
   }
 

@@ -76,7 +76,8 @@ export class AlarmDesk {
   /** Alarms are always those of now. @param {boolean} live whether the page shows now too @param {number} nowMs the server's clock */
   update(live, nowMs) {
     const { alarms } = this.#inspection;
-    this.panel.update(alarms, attentionOf(this.#inspection), nowMs, live, isEarly(this.#inspection));
+    alarms.tell(isEarly(this.#inspection, nowMs));
+    this.panel.update(alarms, attentionOf(this.#inspection), nowMs, live);
     this.list.update(nowMs);
     if (this.#version === alarms.version) return;
     this.#version = alarms.version;

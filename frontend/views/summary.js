@@ -55,7 +55,7 @@ export class Summary {
     setText(this.#sentence, inspection.heldAtMs === null ? judged : `As known now: ${judged}`);
     for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
     this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');
-    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', manyUncertain(inspection) && !isEarly(inspection));
+    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', manyUncertain(inspection) && !isEarly(inspection, inspection.serverMs(Date.now())));
     this.#tellDeciding(decidingWords(inspection));
     setText(this.#coverage, format.percent(coverage));
     setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)}` : 'Rods · no layout, none are read');
