@@ -26,6 +26,7 @@ export class RodPanel extends EventTarget {
   #shown;
   #reading = h('div', { id: 'rod-reading' });
   #evidence = h('section');
+  /** Of the chosen snapshot, in figures. */ #poses = h('div', { id: 'evidence-poses', role: 'status' });
 
   #record;
 
@@ -48,6 +49,7 @@ export class RodPanel extends EventTarget {
     this.#rodId = rod.rod_id;
     this.#layout = layout;
     this.#chosen = this.#told = null;
+    this.#poses.replaceChildren();
     this.#askedViews = rod.views;
     const close = h('button', { type: 'button', 'aria-label': 'Close', title: 'Close (Esc)', text: '✕', onClick: () => this.close() });
     this.#evidence.replaceChildren(h('p', { class: 'quiet', text: 'Loading the snapshots…' }));
@@ -115,18 +117,27 @@ export class RodPanel extends EventTarget {
     const shown = snapshots.slice(0, MOST_SHOWN);
     const more = snapshots.length - shown.length;
     const pictures = shown.map((snapshot) => this.#picture(snapshot));
+    const held = /** @type {HTMLElement | null} */ (this.#evidence.contains(document.activeElement) ? document.activeElement : null)?.dataset.key;
+    if (this.#chosen && !snapshots.some((one) => this.#isChosen(one))) this.#forget();
     this.#evidence.replaceChildren(
       h('h2', { text: behindWords(snapshots.length, isPast) }),
       snapshots.length > 0 && h('p', { class: 'quiet small', text: 'Ring: the rod by the corrected pose; dashed: by the pose that came.' }) || '',
-      h('div', { class: 'evidence' }, ...pictures),
+      h('div', { class: 'evidence' }, ...pictures), this.#poses,
       more > 0 && h('p', { class: 'quiet', text: `and ${more} more` }) || '',
       facts({ Method: rod.method ?? format.NONE, ...digestsOf(rod) }));
+    if (held) pictures.find(({ dataset }) => dataset.key === held)?.focus();
+  }
+
+  #forget() {
+    this.#chosen = null;
+    this.#poses.replaceChildren();
+    this.dispatchEvent(new Event('choose'));
   }
 
   /** @param {Evidence} snapshot */
   #picture(snapshot) {
     const name = `${snapshot.robot} #${snapshot.sequence}`;
-    const button = h('button', { type: 'button', 'aria-pressed': String(this.#isChosen(snapshot)), title: 'Show where it was said to be, and where it is',
+    const button = h('button', { type: 'button', 'data-key': keyOf(snapshot), 'aria-pressed': String(this.#isChosen(snapshot)), title: 'Show where it was said to be, and where it is',
       onClick: () => this.#choose(snapshot, button) },
       h('span', { class: 'picture' }, h('img', { src: snapshotUrl(this.#session, snapshot), alt: `Snapshot ${name}`, loading: 'lazy' }), ...this.#rings(snapshot)),
       h('span', { text: name }), h('span', { class: 'quiet', text: evidenceLine(snapshot) }));
@@ -149,7 +160,9 @@ export class RodPanel extends EventTarget {
     const again = this.#isChosen(snapshot);
     for (const other of this.#evidence.querySelectorAll('button')) other.setAttribute('aria-pressed', 'false');
     button.setAttribute('aria-pressed', String(!again));
-    this.#chosen = again ? null : snapshot;
+    if (again) return this.#forget();
+    this.#chosen = snapshot;
+    this.#poses.replaceChildren(facts(posesOf(snapshot)));
     this.dispatchEvent(new Event('choose'));
   }
 }
@@ -159,6 +172,12 @@ function evidenceLine({ raw, corrected, status, fill }) {
   const moved = corrected ? `moved ${format.length(Math.hypot(corrected.x_m - raw.x_m, corrected.y_m - raw.y_m))}` : 'not placed';
   const reads = fill == null ? '' : `reads ${format.percent(fill)}, `;
   return `${reads}${status === 'uncertain' ? 'uncertain, ' : ''}${moved}`;
+}
+
+/** @param {Evidence} snapshot @returns {Record<string, string>} */
+function posesOf({ raw, corrected }) {
+  const said = (/** @type {PlanePose} */ { x_m, y_m, theta_rad }) => `${format.place(x_m, y_m).replace('   ', ', ')}, ${format.angle(theta_rad)}`;
+  return { 'Pose that came': said(raw), Corrected: corrected ? said(corrected) : 'not placed' };
 }
 
 /** By what it was read; in full in the evidence and from the API. @param {RodFacts} rod @returns {Record<string, string>} */

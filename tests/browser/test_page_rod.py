@@ -82,10 +82,14 @@ def test_behind_a_rod_stand_the_snapshots_of_the_moment_that_is_shown(desk: Desk
     pictures = desk.page.locator(".evidence button")
     assert eventually(lambda: pictures.count() > 0)
     before = pictures.count()
+    pictures.last.click()
+    assert desk.says("#evidence-poses", "Pose that came")
+    assert desk.says("#evidence-poses", "Corrected\nx ")
 
     desk.page.locator("#scrub").fill("0")
     assert desk.says("#rod-panel", "by then")
     assert eventually(lambda: pictures.count() < before)
+    assert not desk.text("#evidence-poses"), "what had not come by then is not chosen either"
     assert desk.says("#health-title", "coverage then")
     desk.page.keyboard.press("v")
     assert eventually(lambda: pictures.count() == before)
