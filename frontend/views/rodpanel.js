@@ -48,6 +48,7 @@ export class RodPanel extends EventTarget {
   async open(rod, layout) {
     this.#rodId = rod.rod_id;
     this.#layout = layout;
+    this.#listed = '';
     this.#chosen = this.#told = null;
     this.#poses.replaceChildren();
     this.#askedViews = rod.views;
@@ -99,11 +100,12 @@ export class RodPanel extends EventTarget {
       const rod = await getRod(this.#session, rodId);
       if (asked !== this.#asked) return;
       this.#told = rod;
-      this.#listed = '';
       this.#showEvidence(rod);
     } catch (error) {
       if (!(error instanceof Problem)) throw error;
-      if (asked === this.#asked) this.#evidence.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: error.message }));
+      if (asked !== this.#asked) return;
+      [this.#listed, this.#told] = ['', null];
+      this.#evidence.replaceChildren(h('p', { class: 'note bad', role: 'alert', text: error.message }));
     }
   }
 
@@ -111,7 +113,7 @@ export class RodPanel extends EventTarget {
   #showEvidence(rod) {
     const snapshots = behindThen(rod.snapshots, this.#shown());
     const isPast = this.#shown().heldAtMs != null;
-    const listed = [isPast, ...snapshots.map(keyOf)].join();
+    const listed = JSON.stringify([isPast, Boolean(this.#facts().camera), ...snapshots.map((one) => [keyOf(one), one.status, one.corrected, one.fill])]);
     if (listed === this.#listed) return;
     this.#listed = listed;
     const shown = snapshots.slice(0, MOST_SHOWN);
