@@ -1,5 +1,5 @@
 // @ts-check
-/** While an inspection runs, a pose that is uncertain is one that is still being decided; the page says so before anybody worries. Pure. */
+/** In the first minute, and while it is being finished, an inspection's uncertain poses are still being decided; the page says so before anybody worries. Later an uncertain pose is what it is called. Pure. */
 
 import { isRunning } from './robots.js';
 
@@ -18,11 +18,12 @@ export function manyUncertain(inspection) {
   return uncertain > MANY * corrected;
 }
 
-/** In words, while that is so; else null. @param {import('./inspection.js').Inspection} inspection */
-export function decidingWords(inspection) {
+/** In words, while that is so and has had no time to be otherwise; else null.
+ * @param {import('./inspection.js').Inspection} inspection @param {number} nowMs the server's clock */
+export function decidingWords(inspection, nowMs) {
   const { uncertain, corrected } = doubtfulOf(inspection);
   const { facts: { state }, heldAtMs } = inspection;
-  if (heldAtMs != null || !manyUncertain(inspection) || (!isRunning(state) && state !== 'finishing')) return null;
+  if (heldAtMs != null || !manyUncertain(inspection) || (!isEarly(inspection, nowMs) && state !== 'finishing')) return null;
   const settles = isRunning(state) ? 'more snapshots of the same places settle most of them' : 'the last correction is under way';
   return `Poses are still being decided: ${uncertain} of ${corrected} are uncertain so far; ${settles}.`;
 }

@@ -48,6 +48,7 @@ export class Summary {
   /** @param {Inspection} inspection */
   update(inspection) {
     const { counts = {}, coverage, quality, pond } = inspection.facts;
+    const nowMs = inspection.serverMs(Date.now());
     const rods = pond?.rods ?? [];
     const tallied = tally(rods.map((rod) => rod.id), (id) => inspection.rod(id));
     const seen = rods.length - tallied.unseen;
@@ -55,8 +56,8 @@ export class Summary {
     setText(this.#sentence, inspection.heldAtMs === null ? judged : `As known now: ${judged}`);
     for (const { name } of FIGURES) this.#write(name, format.count(counts[name]), share(name, counts));
     this.#write('seen', rods.length ? format.count(seen) : format.NONE, rods.length ? ` of ${format.count(rods.length)}` : '');
-    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', manyUncertain(inspection) && !isEarly(inspection, inspection.serverMs(Date.now())));
-    this.#tellDeciding(decidingWords(inspection));
+    this.#figures.get('uncertain')?.parentElement?.classList.toggle('attention', manyUncertain(inspection) && !isEarly(inspection, nowMs));
+    this.#tellDeciding(decidingWords(inspection, nowMs));
     setText(this.#coverage, format.percent(coverage));
     setText(this.#rodsTotal, rods.length ? `Rods · ${format.count(rods.length)}` : 'Rods · no layout, none are read');
     for (const [verdict, row] of this.#rods) {
