@@ -35,7 +35,7 @@ setup: $(VENV)/.runtime $(NPM_STAMP)  ## install what running needs, from the lo
 
 setup-test: setup $(VENV)/.test
 
-test: lint chromium  ## everything but the long tests (some 9 minutes on 2 cores, once set up), JOBS=2 at a time
+test: lint chromium  ## everything but the long tests (some 10 minutes on 2 cores, once set up), JOBS=2 at a time
 	cd frontend && npm test --silent
 	$(BIN)/python -m pytest -m "not long" -n $(JOBS) --dist loadfile --no-loadscope-reorder
 

@@ -6,6 +6,7 @@
  * What is asked for is a list; where it goes on from what is drawn, only the rest is drawn, else all of it anew.
  */
 
+import { keyOf } from '../state/snapshotkey.js';
 import { RasterCanvas } from './raster.js';
 
 const AHEAD = 6;
@@ -104,11 +105,6 @@ export function asSaid({ raw_x_m, raw_y_m, raw_theta_rad }) {
 /** @type {Placing} */
 export function asCorrected({ x_m, y_m, theta_rad, status }) {
   return status !== 'placed' || x_m === null || y_m === null || theta_rad === null ? null : { x_m, y_m, theta_rad };
-}
-
-/** @param {PoseRow} pose */
-function keyOf(pose) {
-  return `${pose.robot}/${pose.boot ?? 0}/${pose.sequence}`;
 }
 
 /** @param {PoseRow} a @param {PoseRow} b */

@@ -94,7 +94,7 @@ export class Alarms {
   get ringing() { return [...this.#all.values()].filter(({ rings }) => rings).length; }
 
   /** How many call so. @param {Call} call */
-  count(call) { return [...this.#all.values()].filter((alarm) => !alarm.quiet && alarm.retained && callOf(alarm) === call).length; }
+  count(call) { return this.current.filter((alarm) => callOf(alarm) === call).length; }
 
   /** The worst that is active and not acknowledged; null where none is. @type {Level | null} */
   get worst() {

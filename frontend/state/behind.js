@@ -1,8 +1,7 @@
 // @ts-check
 /** The snapshots behind a rod, as far as the moment that the page shows: a review holds nothing that came later. Pure. */
 
-/** @param {{robot: string, boot?: number, sequence: number}} snapshot */
-export function keyOf({ robot, boot, sequence }) { return `${robot}/${boot ?? 0}/${sequence}`; }
+import { keyOf } from './snapshotkey.js';
 
 /** @param {Evidence[]} snapshots as the server knows them now @param {import('./inspection.js').Inspection} shown as the page shows it */
 export function behindThen(snapshots, { heldAtMs, poses }) {

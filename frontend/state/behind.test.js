@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { behindThen, behindWords, keyOf, shortDigest } from './behind.js';
+import { behindThen, behindWords, shortDigest } from './behind.js';
+import { keyOf } from './snapshotkey.js';
 
 const snapshots = [{ robot: 'a', boot: 0, sequence: 1 }, { robot: 'a', boot: 1, sequence: 1 }, { robot: 'b', boot: 0, sequence: 7 }];
 

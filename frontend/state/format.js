@@ -55,9 +55,9 @@ export function length(m) {
   return figure(m, 2, 'm');
 }
 
-/** A place in the pond. @param {number} xM @param {number} yM */
-export function place(xM, yM) {
-  return `x${UNBROKEN}${figure(xM, 3, 'm')}   y${UNBROKEN}${figure(yM, 3, 'm')}`;
+/** A place in the pond. @param {number} xM @param {number} yM @param {string} [between] */
+export function place(xM, yM, between = '   ') {
+  return `x${UNBROKEN}${figure(xM, 3, 'm')}${between}y${UNBROKEN}${figure(yM, 3, 'm')}`;
 }
 
 /** The same in few words. @param {number} xM @param {number} yM */

@@ -5,6 +5,7 @@
  */
 
 import { Alarms } from './alarms.js';
+import { keyOf } from './snapshotkey.js';
 
 /** @typedef {{pose: PoseRow, heardAt: number}} RobotFacts heardAt: epoch ms, the server's clock */
 
@@ -97,7 +98,7 @@ export class Inspection extends EventTarget {
   #poses(poses) {
     this.fresh = [];
     for (const pose of poses) {
-      const key = `${pose.robot}/${pose.boot ?? 0}/${pose.sequence}`;
+      const key = keyOf(pose);
       if (!this.#full && !this.poses.has(key)) this.fresh.push(pose);
       this.poses.set(key, pose);
       this.#place(pose);

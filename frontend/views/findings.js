@@ -55,7 +55,7 @@ export class Findings {
 
 /** @param {Finding} f */
 export function detailOf(f) {
-  const where = format.place(f.x_m, f.y_m).replace('   ', ', ');
+  const where = format.place(f.x_m, f.y_m, ', ');
   const what = f.kind === 'rod-displaced'
     ? `${f.rod_id} by ${format.fixed(Math.hypot(f.offset_x_mm ?? 0, f.offset_y_mm ?? 0), 2)} ±\u00a0${format.figure(f.sigma_mm ?? 0, 2, 'mm')}`
     : `${format.figure(f.size_mm, 1, 'mm')}, near ${f.rod_id}, ${f.agreeing} of ${f.looks} looks`;

@@ -3,9 +3,10 @@
 
 import { Problem, getRod, snapshotUrl } from '../api/client.js';
 import { Symbols } from '../map/symbols.js';
-import { behindThen, behindWords, keyOf, shortDigest } from '../state/behind.js';
+import { behindThen, behindWords, shortDigest } from '../state/behind.js';
 import * as format from '../state/format.js';
 import { fillOf, machineVerdictOf, verdictOf, wordOf } from '../state/rods.js';
+import { keyOf } from '../state/snapshotkey.js';
 import { h } from './dom.js';
 import { ring } from './ring.js';
 import { RodRecord } from './rodrecord.js';
@@ -178,7 +179,7 @@ function evidenceLine({ raw, corrected, status, fill }) {
 
 /** @param {Evidence} snapshot @returns {Record<string, string>} */
 function posesOf({ raw, corrected }) {
-  const said = (/** @type {PlanePose} */ { x_m, y_m, theta_rad }) => `${format.place(x_m, y_m).replace('   ', ', ')}, ${format.angle(theta_rad)}`;
+  const said = (/** @type {PlanePose} */ { x_m, y_m, theta_rad }) => `${format.place(x_m, y_m, ', ')}, ${format.angle(theta_rad)}`;
   return { 'Pose that came': said(raw), Corrected: corrected ? said(corrected) : 'not placed' };
 }
 

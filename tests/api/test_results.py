@@ -15,6 +15,7 @@ from pondwatch.core.images import decode
 from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.mosaic import Mosaic
 from pondwatch.core.values import Image, SnapshotKey
+from pondwatch.jobs.provenance import method_digest
 from tests.fakes.robot import Shot, document
 
 from .conftest import Api
@@ -173,6 +174,8 @@ def test_a_rod_names_the_snapshots_that_show_it_whole(api: Api) -> None:
     assert [s["sequence"] for s in rod["snapshots"]] == [1]
     assert rod["snapshots"][0]["raw"] == rod["snapshots"][0]["corrected"] == near
     assert "fill" not in rod["snapshots"][0]  # a rod is read from all its snapshots together
+    assert rod["method_digest"] == f"sha256:{method_digest()}"
+    assert rod["model_digest"] is None, "no network reads it"
     assert rod["place"].keys() == {"x_m", "y_m", "outer_radius_m"}
     assert rod["camera"] == api.get(session).json()["camera"]
     assert api.get(session, "/rods/R0").json()["snapshots"] == []

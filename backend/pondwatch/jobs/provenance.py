@@ -16,6 +16,7 @@ from .views import Json
 _LIBRARIES = ("numpy", "onnxruntime", "opencv-python-headless", "scipy")
 
 
+@lru_cache(maxsize=16)
 def made_by(method: str) -> Json:
     """`software`, `method`, `method_sha256`, `models` (path to SHA-256) and `libraries` (name to version)."""
     return {
