@@ -10,7 +10,8 @@ import numpy as np
 from pondwatch.core.inspection import parse_inspection
 from pondwatch.core.layouts import document_of
 from pondwatch.core.values import Image, Inspection, Pond, RodReading, RodState
-from pondwatch.jobs.raster import TILE_PX, png
+from pondwatch.jobs.quickpng import png
+from pondwatch.jobs.raster import TILE_PX
 from pondwatch.store import revisions, sessions
 from pondwatch.store.revisions import NewRevision, TileRow
 from pondwatch.store.sessions import State

@@ -16,7 +16,8 @@ from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
 
 from . import tiles
-from .raster import TILE_PX, png
+from .quickpng import png
+from .raster import TILE_PX
 from .views import metres_per_pixel, raster_size
 
 

@@ -16,7 +16,8 @@ from pondwatch.store.sessions import Session
 from pondwatch.store.store import Store
 
 from .ages import age_tile
-from .raster import LAYERS, TILE_PX, png
+from .quickpng import png
+from .raster import LAYERS, TILE_PX
 from .views import raster_size
 
 _CHANNELS = {"mosaic": (4,), "coverage": ()}
