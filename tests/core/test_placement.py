@@ -10,8 +10,8 @@ import pytest
 from pondwatch.core.appearance import FILLED, HOLLOW, OTHER
 from pondwatch.core.decision import Vocabulary
 from pondwatch.core.evidence import gather
-from pondwatch.core.frames import image_to_pond
-from pondwatch.core.hypotheses import Reach
+from pondwatch.core.frames import image_to_pond, pond_to_image
+from pondwatch.core.hypotheses import Reach, explained, one_rod
 from pondwatch.core.noise import NoiseModel
 from pondwatch.core.observe import RodsFound
 from pondwatch.core.placement import Placing, doubted, starts
@@ -185,6 +185,18 @@ def test_two_rods_in_full_view_fix_the_heading_so_there_is_one_start():
     (start,) = starts(pose, pose, _found(1.0, 1.0), CAMERA, NOISE)
 
     np.testing.assert_array_equal(start, pose)
+
+
+def test_a_ring_where_the_layout_has_no_rod_fixes_no_heading(pond):
+    layout, camera = pond.setting.layout, pond.setting.camera
+    pose = np.array([*layout.centres[0], 0.3])
+    rod, other = pond_to_image(layout.centres[[0, 1]], pose, camera)
+    seen = replace(_found(1.0, 1.0), centres_px=np.array([rod, rod + (other - rod) / 2]))
+
+    assert not one_rod(seen)
+    assert one_rod(explained(seen, pose, layout, camera))
+    np.testing.assert_array_equal(explained(seen, pose, layout, camera).centres_px, [rod])
+    assert len(starts(pose, pose, explained(seen, pose, layout, camera), camera, NOISE)) > 1
 
 
 def test_about_one_rod_alone_every_heading_that_the_noisy_one_allows_is_a_start():

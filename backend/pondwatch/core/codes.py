@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from .observe import sample
+from .ranks import median
 from .values import Bool, Camera, Float, Image
 
 SECTORS = 24
@@ -99,14 +100,15 @@ def read_codes(image: Image, sites_px: Float, inner_px: float, outer_px: float, 
     if not len(sites_px):
         return Codes(np.zeros((0, SECTORS, 3)), np.zeros((0, SECTORS), dtype=bool))
     smooth = cv2.GaussianBlur(image, (0, 0), 0.8).astype(np.float32)
-    inner = _polar(sites_px, [k * inner_px for k in INNER_SHARES])
-    ring = _polar(sites_px, [inner_px + k * (outer_px - inner_px) for k in ANNULUS_SHARES])
-    value, reference = sample(smooth, inner), sample(smooth, ring)
-    inside, ring_inside = _inside(inner, camera), _inside(ring, camera)
-    level = _annulus_level(reference, ring_inside)
-    ratio = np.log((value + OFFSET) / (level[:, None, None] + OFFSET))
+    radii = [k * inner_px for k in INNER_SHARES] + [inner_px + k * (outer_px - inner_px) for k in ANNULUS_SHARES]
+    points = _polar(sites_px, radii)
+    value, inside = sample(smooth, points), _inside(points, camera)
+    rings = len(INNER_SHARES)  # further out lies the annulus
+    level = _annulus_level(value[:, rings:], inside[:, rings:])
+    ratio = np.log((value[:, :rings] + OFFSET) / (level[:, None, None] + OFFSET))
+    inside = inside[:, :rings]
     count = inside.sum(axis=1)
-    mean = np.where(inside[..., None], ratio, 0).sum(axis=1) / np.maximum(count, 1)[..., None]
+    mean = (ratio * inside[..., None]).sum(axis=1) / np.maximum(count, 1)[..., None]
     return Codes(mean, count >= 2)
 
 
@@ -131,7 +133,8 @@ def _annulus_level(reference: Float, inside: Bool) -> Float:
     ranked = np.sort(np.where(ok[..., None], flat, np.inf), axis=1)  # what is out of view comes last
     rows = np.arange(len(flat))
     own = (ranked[rows, np.maximum(count - 1, 0) // 2] + ranked[rows, count // 2 * (count > 0)]) / 2
-    return np.where((count >= SECTORS // 3)[:, None], own, np.median(flat[ok], axis=0))
+    enough = count >= SECTORS // 3
+    return own if enough.all() else np.where(enough[:, None], own, median(flat[ok]))
 
 
 def learn_palette(ratio: Float) -> Palette:

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import states
 from .codes import SECTORS
+from .ranks import median
 from .values import Bool, Float, Int, RodReading, RodState
 
 EMPTY_BELOW, FULL_ABOVE = 0.05, 0.95
@@ -136,11 +137,12 @@ def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: 
         weight = 1 / (1 + (off / SECTOR_SIGMA) ** 4)
         fill = float((weight * share).sum() / weight.sum())
     else:
-        fill = float(np.clip(np.median(share, axis=0), 0, 1).mean())
+        fill = float(np.clip(median(share), 0, 1).mean())
     state = _state_of(likeliest, fill)
     sure = {RodState.EMPTY: p_empty, RodState.FULL: p_full}.get(state, max(0.0, 1 - p_empty - p_full))
     single = np.clip(share, 0, 1).mean(axis=1)
-    conflicting = bool((np.abs(single - np.median(single)) > CONFLICT_SPREAD).sum() >= max(2, 0.3 * len(share)))
+    apart = np.abs(single - median(single)) > CONFLICT_SPREAD
+    conflicting = bool(np.count_nonzero(apart) >= max(2, 0.3 * len(share)))
     low, high = {RodState.EMPTY: (0.0, 0.0499), RodState.FULL: (0.9501, 1.0)}.get(state, (0.05, 0.95))
     confidence = min(sure * trust * (0.5 if conflicting else 1.0), 0.9999)
     return RodReading(rod_id, state, float(np.clip(fill, low, high)), confidence, views, conflicting)

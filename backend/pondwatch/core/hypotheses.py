@@ -9,12 +9,12 @@ has and the image lacks, or the reverse, count against a place: so do the lattic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .frames import centre_px, wrap_angle
+from .frames import centre_px, image_to_pond, wrap_angle
 from .observe import MIN_SUPPORT, RodsFound, sample
 from .pond import Layout
 from .values import Bool, Camera, Float, Int
@@ -168,7 +168,7 @@ def _fit(poses: Float, q: Float, found: RodsFound, layout: Layout) -> Float:
     cross = (w * (a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])).sum(axis=1)
     dot = (w * (a * b).sum(axis=-1)).sum(axis=1)
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    stiff = (STIFF * layout.pitch) ** 2 if one_rod(found) else 0.0
+    stiff = np.where(_one(w), (STIFF * layout.pitch) ** 2, 0.0)
     theta = poses[:, 2] + np.arctan2(c * cross - s * dot, c * dot + s * cross + stiff)
     c, s = np.cos(theta), np.sin(theta)
     xy = mean_t - np.stack([c * mean_q[:, 0] - s * mean_q[:, 1], s * mean_q[:, 0] + c * mean_q[:, 1]], axis=1)
@@ -185,8 +185,19 @@ def precision(found: RodsFound) -> Float:
 
 def one_rod(found: RodsFound) -> bool:
     """Whether one rod at most was found precisely: the others do not fix the heading."""
-    weight = precision(found)
-    return bool(weight.sum() - weight.max(initial=0) <= SECOND_ROD)
+    return bool(_one(precision(found)))
+
+
+def _one(weight: Float) -> Bool:
+    """(..., K) to (...)."""
+    return np.asarray(weight.sum(axis=-1) - weight.max(axis=-1, initial=0) <= SECOND_ROD)
+
+
+def explained(found: RodsFound, pose: Float, layout: Layout, camera: Camera) -> RodsFound:
+    """Those of the rods found that a pose puts on rods of the layout."""
+    distance = layout.tree.query(image_to_pond(found.centres_px, pose, camera))[0]
+    near = distance < 2 * MATCH * layout.pitch
+    return replace(found, centres_px=found.centres_px[near], response=found.response[near], support=found.support[near])
 
 
 def _distinct(poses: Float, pitch: float) -> Float:

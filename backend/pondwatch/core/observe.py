@@ -13,12 +13,14 @@ lies just outside, are found too.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
 from scipy import fft
 
 from .ports import RodFinder
+from .ranks import median, median_of_many
 from .rodsight import joined
 from .values import Float, Float32, Image
 
@@ -28,6 +30,7 @@ ALIKE = 0.4  # of the best response: less is not that of another rod, but of wha
 PEAK_FLOOR = 0.12  # correlation under which nothing is called a rod
 WEAK = 0.45  # typical response under which a learned finder is asked too; in clear water nearly all are above
 SMOOTHING_PX = 1.0
+MOST_AT_ONCE = 32_000  # points, that `cv2.remap` takes in one column
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,12 +38,14 @@ class RingBand:
     """The correlation kernels for rods of given radii in pixels; made once a session. pad: px around the image.
 
     cosine, sine: spectra (`rfft2`) of the kernels; they are even, so convolution and correlation are one, and the
-    spectra are real. support: the share of the band that lies in the image, for each padded pixel.
+    spectra are real. support: the share of the band that lies in the image, for each padded pixel; scale: one over it,
+    or 0 where it is under MIN_SUPPORT.
     """
 
     cosine: Float32
     sine: Float32
     support: Float32
+    scale: Float32
     size: tuple[int, int]  # of the transform: nothing reaches round to the other side
     pad: int
     outer_px: float
@@ -58,11 +63,12 @@ class RingBand:
         pad = int(np.ceil(outer_px)) + 2
         inside = np.zeros((height_px + 2 * pad, width_px + 2 * pad), np.float32)
         inside[pad:-pad, pad:-pad] = 1
-        support = cv2.filter2D(inside, -1, band, borderType=cv2.BORDER_CONSTANT)
+        support = np.asarray(cv2.filter2D(inside, -1, band, borderType=cv2.BORDER_CONSTANT), np.float32)
         high, wide = (fft.next_fast_len(n + max(0, reach - pad), real=True) for n in inside.shape)
         size = (high, wide)
         cosine, sine = (_spectrum(k, size) for k in ((x * x - y * y) / square * band, 2 * x * y / square * band))
-        return cls(cosine, sine, np.asarray(support, dtype=np.float32), size, pad, outer_px, inner_px)
+        scale = (support > MIN_SUPPORT) / np.maximum(support, np.float32(MIN_SUPPORT))
+        return cls(cosine, sine, support, scale.astype(np.float32), size, pad, outer_px, inner_px)
 
     def correlated(self, cosine: Float32, sine: Float32) -> Float32:
         """(H, W) doubled angles, times their weights, to (H + 2 pad, W + 2 pad): with the kernels at each pixel."""
@@ -114,11 +120,17 @@ def response_field(image: Image, band: RingBand) -> Float32:
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), SMOOTHING_PX)
     gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3)
     gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
-    across, down, both = (np.einsum("hwc,hwc->hw", a, b) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
+    across, down, both = (_summed(cv2.multiply(a, b)) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     energy = across + down
-    weight = 1 / (energy + 4 * float(np.median(energy)) + 1e-9)
-    field = band.correlated((across - down) * weight, 2 * both * weight)
-    return np.where(band.support > MIN_SUPPORT, field / np.maximum(band.support, MIN_SUPPORT), 0).astype(np.float32)
+    weight = 1 / (energy + np.float32(4 * median_of_many(energy) + 1e-9))
+    angles = np.stack([(across - down) * weight, 2 * both * weight], dtype=np.float32)
+    field = band.correlated(*angles)
+    return field * band.scale
+
+
+def _summed(channels: cv2.typing.MatLike) -> Float32:
+    """(H, W, 3) to (H, W)."""
+    return np.asarray(cv2.transform(channels, np.ones((1, 3), np.float32)), np.float32)
 
 
 def find_rods(image: Image, band: RingBand, finder: RodFinder | None = None) -> RodsFound:
@@ -137,7 +149,7 @@ def find_rods(image: Image, band: RingBand, finder: RodFinder | None = None) -> 
 def _maxima(field: Float32, band: RingBand) -> RodsFound:
     size = 2 * round(0.75 * band.outer_px) + 1
     top = field >= cv2.dilate(field, np.ones((size, size), np.uint8))
-    v, u = np.nonzero(top & (field > PEAK_FLOOR))
+    v, u = np.divmod(np.flatnonzero(top & (field > PEAK_FLOOR)), field.shape[1])  # cheaper than `nonzero`
     order = np.argsort(-field[v, u], kind="stable")
     u, v = u[order], v[order]
     typical = _typical(field[v, u])
@@ -152,7 +164,7 @@ def _maxima(field: Float32, band: RingBand) -> RodsFound:
 def _typical(response: Float32) -> float:
     """Of the best responses, falling: the median of four, those left out that next to the best show no rod."""
     best = response[:4]
-    return float(np.median(best[best > ALIKE * best[0]])) if len(best) else 0.0
+    return float(median(best[best > ALIKE * best[0]])) if len(best) else 0.0
 
 
 def _vertex(field: Float32, u: np.ndarray, v: np.ndarray, dv: int, du: int) -> Float:
@@ -166,14 +178,14 @@ def _vertex(field: Float32, u: np.ndarray, v: np.ndarray, dv: int, du: int) -> F
 
 def sample(field: Float32, points_px: Float, pad: int = 0, outside: float = 0.0) -> Float:
     """Bilinear values of an image at (..., 2) points, px; `outside` beyond it."""
-    p = np.asarray(points_px, dtype=np.float32).reshape(-1, 2) + np.float32(pad)
-    if not len(p):
-        return np.zeros(np.shape(points_px)[:-1])
-    rows = np.array_split(np.arange(len(p)), len(p) // 32000 + 1)
-    parts = [
-        cv2.remap(field, p[r, 0], p[r, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=outside)
+    shape = np.shape(points_px)[:-1]
+    u, v = np.asarray(points_px, dtype=np.float32).reshape(-1, 2).T + np.float32(pad)
+    if not len(u):
+        return np.zeros(shape)
+    rows = [slice(k, k + MOST_AT_ONCE) for k in range(0, len(u), MOST_AT_ONCE)]
+    parts: list[Any] = [
+        cv2.remap(field, u[r], v[r], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=outside)
         for r in rows
     ]
-    flat = np.concatenate([np.asarray(q).reshape(len(r), -1) for q, r in zip(parts, rows, strict=True)])
-    shape = np.shape(points_px)[:-1]
-    return flat.reshape(*shape, flat.shape[1]) if flat.shape[1] > 1 else flat.reshape(shape)
+    flat = [np.reshape(part, (-1, *field.shape[2:])) for part in parts]
+    return np.reshape(flat[0] if len(flat) == 1 else np.concatenate(flat), (*shape, *field.shape[2:]))

@@ -13,7 +13,7 @@ from .decision import Vocabulary
 from .evidence import Evidence, Setting
 from .fill import wholly_in_view
 from .frames import centre_px, image_to_pond, pond_to_image, wrap_angle
-from .hypotheses import describe, one_rod, precision
+from .hypotheses import describe, explained, one_rod, precision
 from .noise import UNKNOWN_HEADING, NoiseModel
 from .observe import RodsFound, find_rods
 from .refine import FLOOR_PX, Fit, fit
@@ -23,6 +23,7 @@ from .values import Camera, CorrectedPose, Float, Int, Status
 
 FOCUS_PX = 2.0  # blur of a first fit from afar
 STRAY_PX = 2.5  # a refinement that moves further than this is not believed
+STRAY_PX_TURNED = 5.0  # the same of one from a heading that is one of several, up to half their distance off
 LEAST_BELIEF = 0.05  # of a place, from which its looks count
 ROUGH_PX = 2.0  # one sigma of a pose that the pixels did not bear out
 UNFITTED_TRUST = 0.9  # of its place, at most
@@ -96,7 +97,8 @@ class Placing:
         pixels fix its pose, and no other that lies elsewhere is nearly as likely."""
         about, m = centre_px(self._setting.camera), self._setting.camera.metres_per_pixel
         prior, found = e.snapshot.pose_pond, list[tuple[Float, Fit]]()
-        several = starts(pose, prior, e.found, self._setting.camera, noise)
+        rods = explained(e.found, pose, self._setting.layout, self._setting.camera)  # the others fix no heading
+        several = starts(pose, prior, rods, self._setting.camera, noise)
         for start in several:
             if len(several) > 1:
                 start = self._focused(e, start, kinds, profile)
@@ -104,7 +106,7 @@ class Placing:
             if not len(centres):
                 continue
             result = fit(patches, centres, about, profile, 4)
-            if np.hypot(*result.shift[:2]) < STRAY_PX:
+            if np.hypot(*result.shift[:2]) < (STRAY_PX if len(several) == 1 else STRAY_PX_TURNED):
                 found.append((self.teaching.moved(start, result.shift), result))
         if not found:
             return None

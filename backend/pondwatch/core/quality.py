@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter, deque
+from collections.abc import Collection
 
 import numpy as np
 
 from .codes import Palette
 from .fill import ENOUGH_TAUGHT
 from .noise import UNKNOWN_HEADING, NoiseModel
+from .ranks import median
 from .values import Camera, CorrectedPose, Quality, Status
 
 LATEST = 500  # snapshots that medians are of
@@ -42,15 +44,19 @@ class Tally:
             "gross_share": round(noise.gross, 4),
             "error_correlation": round(noise.correlation, 3),
             "sigma_in_pitches": round(noise.sigma_xy_m / pitch_m, 3),
-            "residual_grey": round(float(np.median(self._residuals)), 3) if self._residuals else None,
+            "residual_grey": round(_middle(self._residuals), 3) if self._residuals else None,
         }
-        sigma_px = float(np.median(self._sigmas_m)) / camera.metres_per_pixel if self._sigmas_m else None
+        sigma_px = _middle(self._sigmas_m) / camera.metres_per_pixel if self._sigmas_m else None
         uncertain = self._count[Status.UNCERTAIN]
         sentence = _sentence(total, uncertain, noise.sigma_xy_m / camera.metres_per_pixel, noise) + _alike(palette)
         return Quality(
             total, self._count[Status.PLACED], uncertain, self._count[Status.REJECTED],
             noise.sigma_xy_m, noise.sigma_theta_rad, sigma_px, sentence, facts,
         )  # fmt: skip
+
+
+def _middle(values: Collection[float]) -> float:
+    return float(median(np.fromiter(values, float, len(values))))
 
 
 def _sentence(total: int, uncertain: int, sigma_px: float, noise: NoiseModel) -> str:

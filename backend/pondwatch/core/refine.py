@@ -18,7 +18,7 @@ from .values import Float, Float32
 
 LEAST_GAIN = 0.5  # of the profile's contrast, under which a rod begins to count as absent
 FLOOR_PX = 0.006  # of a pose: interpolation and rendering, below which no covariance is believed
-STILL_PX, ARM_PX = 0.001, 80.0  # a step that moves no pixel further than this is the last; of half an image
+STILL_PX, ARM_PX = 0.004, 80.0  # a step that moves no pixel further than this is the last; of half an image
 COLUMNS = 7  # of the model
 
 

@@ -86,7 +86,7 @@ class Teaching:
         centres = pond_to_image(self._setting.layout.centres[rods], pose, camera)
         size = np.array([camera.width_px, camera.height_px])
         seen = ((centres > -0.6 * reach) & (centres < size - 1 + 0.6 * reach)).all(axis=-1)
-        grey = np.asarray(e.snapshot.image @ axis.astype(np.float32), dtype=np.float32)
+        grey = np.asarray(cv2.transform(e.snapshot.image.astype(np.float32), axis[None]), dtype=np.float32)
         grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur_px), dtype=np.float32) if blur_px else grey
         return cut(grey, centres[seen], kinds[rods[seen]], reach), centres[seen]
 
