@@ -110,6 +110,15 @@ def test_looks_of_which_half_say_full_and_half_empty_conflict():
     assert reading.confidence <= 0.5
 
 
+def test_looks_that_may_be_of_other_rods_make_a_reading_doubtful_but_no_conflict():
+    doubtful = _one([_wedge(0.0), _wedge(0.0), _wedge(1.0), _wedge(1.0)], trust=[0.999, 0.98, 0.9, 0.9])
+    sure = _one([_wedge(0.0), _wedge(0.0), _wedge(1.0), _wedge(1.0)], trust=[0.999, 0.999, 0.999, 0.995])
+
+    assert not doubtful.conflicting
+    assert doubtful.confidence <= 0.5
+    assert sure.conflicting
+
+
 def test_one_look_of_a_snapshot_that_may_lie_elsewhere_does_not_outvote_a_sure_one():
     reading = _one([_wedge(0.0), _wedge(1.0)], trust=[0.999, 0.55])
 

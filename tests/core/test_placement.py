@@ -187,6 +187,19 @@ def test_two_rods_in_full_view_fix_the_heading_so_there_is_one_start():
     np.testing.assert_array_equal(start, pose)
 
 
+def test_in_haste_one_rod_alone_leaves_the_place_in_doubt_and_two_do_not(pond, evidence, kinds, profile):
+    placing = Placing(pond.setting)
+    hasty = [placing.place(e, t, 0.999, kinds, profile, NOISE, True) for e, t in zip(evidence, pond.truth, strict=True)]
+    alone = [
+        one_rod(explained(e.found, t, pond.setting.layout, CAMERA)) for e, t in zip(evidence, pond.truth, strict=True)
+    ]
+
+    assert any(alone)
+    assert all(p.trust <= 0.9 for p, one in zip(hasty, alone, strict=True) if one)
+    assert np.mean([p.trust == 0.999 for p, one in zip(hasty, alone, strict=True) if not one]) > 0.9
+    assert all(p.hasty for p in hasty)
+
+
 def test_a_ring_where_the_layout_has_no_rod_fixes_no_heading(pond):
     layout, camera = pond.setting.layout, pond.setting.camera
     pose = np.array([*layout.centres[0], 0.3])

@@ -17,6 +17,7 @@ SECTOR_CAP = 4.0  # nats that one sector can cost a state
 SEEN_ABOVE = 0.5  # probability that a rod was in view at all, under which it is not observed
 LEAST_SEEN, SAME_ANYWHERE = 0.1, 0.95  # a rod less likely in view, where its state is this probable, seen or not
 CONFLICT_SPREAD = 0.25  # of single looks about their median
+FIRM = 0.99  # trust of looks that may conflict: one that may lie elsewhere contradicts nobody yet
 STRANGE = 0.15  # share of a rod's sectors that show no known level, from which it is not like the others
 ENOUGH_TAUGHT = 30  # rods that the levels were learned from; with fewer a strange rod is not read
 
@@ -95,8 +96,9 @@ def read_rods(
         if not readable[j]:
             readings.append(_unseen(ids[j]))
         else:
-            read = _reading(ids[j], looks.share[mine], chance[j], templates, trust, max(1, int(views[j])))
-            odd = bool(strange[j]) and not read.conflicting
+            firm = looks.trust[mine] >= FIRM
+            read = _reading(ids[j], looks.share[mine], firm, chance[j], templates, trust, max(1, int(views[j])))
+            odd = bool(strange[j] and surest[j] >= FIRM) and not read.conflicting
             readings.append(replace(read, confidence=read.confidence / 2, conflicting=True) if odd else read)
     return tuple(readings)
 
@@ -128,8 +130,11 @@ def _unseen(rod_id: str) -> RodReading:
     return RodReading(rod_id, RodState.UNSEEN, None, 0.0, 0)
 
 
-def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: float, views: int) -> RodReading:
-    """One rod from (V, SECTORS) looks and (COUNT,) probabilities of its states."""
+def _reading(
+    rod_id: str, share: Float, firm: Bool, chance: Float, templates: Float, trust: float, views: int
+) -> RodReading:
+    """One rod from (V, SECTORS) looks, (V,) which of them lie surely there, and (COUNT,) probabilities of its states.
+    Looks that differ halve its confidence, and conflict where those differ that are firm."""
     likeliest = int(np.argmax(chance))
     p_empty, p_full = float(chance[states.EMPTY]), float(chance[states.FULL])
     if likeliest in (states.EMPTY, states.FULL):
@@ -141,11 +146,16 @@ def _reading(rod_id: str, share: Float, chance: Float, templates: Float, trust: 
     state = _state_of(likeliest, fill)
     sure = {RodState.EMPTY: p_empty, RodState.FULL: p_full}.get(state, max(0.0, 1 - p_empty - p_full))
     single = np.clip(share, 0, 1).mean(axis=1)
-    apart = np.abs(single - median(single)) > CONFLICT_SPREAD
-    conflicting = bool(np.count_nonzero(apart) >= max(2, 0.3 * len(share)))
+    apart, conflicting = _differ(single), bool(firm.any()) and _differ(single[firm])
     low, high = {RodState.EMPTY: (0.0, 0.0499), RodState.FULL: (0.9501, 1.0)}.get(state, (0.05, 0.95))
-    confidence = min(sure * trust * (0.5 if conflicting else 1.0), 0.9999)
+    confidence = min(sure * trust * (0.5 if apart or conflicting else 1.0), 0.9999)
     return RodReading(rod_id, state, float(np.clip(fill, low, high)), confidence, views, conflicting)
+
+
+def _differ(single: Float) -> bool:
+    """Whether enough of some looks' shares (V,) lie far from the others."""
+    apart = np.abs(single - median(single)) > CONFLICT_SPREAD
+    return bool(np.count_nonzero(apart) >= max(2, 0.3 * len(single)))
 
 
 def _state_of(likeliest: int, fill: float) -> RodState:

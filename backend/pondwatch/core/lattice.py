@@ -170,7 +170,8 @@ class LatticeCorrector:
 
         def place(i: int) -> Placed:
             trust = float(joint.trust[i])
-            placed = self._place(evidence[i], chosen[i], trust, kinds, joint, profile, profile is before)
+            hasty = live and trust <= PLACED_ABOVE
+            placed = self._place(evidence[i], chosen[i], trust, kinds, joint, profile, profile is before, hasty)
             at = int(joint.decision.choice[i] - joint.problem.start[i])
             return self._with_others(placed, joint.belief(i), at)
 
@@ -189,12 +190,19 @@ class LatticeCorrector:
         joint: Joint,
         profile: Profile | None,
         same: bool,
+        hasty: bool,
     ) -> Placed:
-        """Refined, unless it lies where it was refined before by the same profile."""
+        """Refined, unless it lies where it was refined before by the same profile, with no less care."""
         old = self._placed.get(e.snapshot.key) if same else None
-        if old is not None and old.start is not None and pose is not None and np.array_equal(old.start, pose):
+        if (
+            old is not None
+            and old.hasty <= hasty
+            and old.start is not None
+            and pose is not None
+            and np.array_equal(old.start, pose)
+        ):
             return replace(old, evidence=e, trust=min(trust, 1.0 if old.fitted else UNFITTED_TRUST))
-        return self._placing.place(e, pose, trust, kinds, profile, joint.noise)
+        return self._placing.place(e, pose, trust, kinds, profile, joint.noise, hasty)
 
     def _decide_one(self, e: Evidence, joint: Joint) -> Placed:
         """Against the rods as they stand; a sure place adds to what is known of its rods."""
@@ -209,7 +217,8 @@ class LatticeCorrector:
         if pose is not None and trust > PLACED_ABOVE:
             self._learn(table.rod[rows], table.values[table.look[rows]], joint)
         self._doubtful += trust <= PLACED_ABOVE
-        placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True)
+        hasty = trust <= PLACED_ABOVE  # its place is not sure, so its pose need not be
+        placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True, hasty)
         return self._with_others(placed, weight / weight.sum(), best)
 
     def _backed(self, trust: float, table: Table, best: int, rows: Bool) -> float:

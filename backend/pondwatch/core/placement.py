@@ -41,7 +41,7 @@ MODEL_INFLATION = 3.0  # of the covariance: what is common to all rods of a snap
 class Placed:
     """A snapshot at its place. pose: (3,) or None. covariance: (3, 3), m and rad. trust: probability of the place.
     rods: (K,), wholly in view. ratio: (K, SECTORS, 3), their sectors, image orientation. residual: rms, grey
-    levels, or NaN. start: the pose refined from. fitted: whether the pixels bore it out.
+    levels, or NaN. start: the pose refined from. fitted: whether the pixels bore it out. hasty: by one start alone.
     others: its looks from the other places where it may lie."""
 
     evidence: Evidence
@@ -53,6 +53,7 @@ class Placed:
     residual: float
     start: Float | None = None
     fitted: bool = False
+    hasty: bool = False
     others: tuple[Entry, ...] = ()
 
 
@@ -70,15 +71,26 @@ class Placing:
         return kind
 
     def place(
-        self, e: Evidence, pose: Float | None, trust: float, kinds: Int, profile: Profile | None, noise: NoiseModel
+        self,
+        e: Evidence,
+        pose: Float | None,
+        trust: float,
+        kinds: Int,
+        profile: Profile | None,
+        noise: NoiseModel,
+        hasty: bool = False,
     ) -> Placed:
-        """Refine a pose; where the pixels do not bear it, keep that of the rod centres and say so."""
+        """Refine a pose; where the pixels do not bear it, keep that of the rod centres and say so.
+
+        Args:
+            hasty: from this pose alone, also where other headings are possible: for one that is in doubt anyway.
+        """
         if pose is None:
             return Placed(e, None, None, trust, np.zeros(0, np.int64), np.zeros((0, SECTORS, 3)), float("nan"))
         m = self._setting.camera.metres_per_pixel
         rough = np.diag([(ROUGH_PX * m) ** 2, (ROUGH_PX * m) ** 2, ROUGH_RAD**2])
         refined, covariance, residual, fitted = pose, rough, float("nan"), False
-        best = self._best_fit(e, pose, kinds, profile, noise) if profile is not None else None
+        best = self._best_fit(e, pose, kinds, profile, noise, hasty) if profile is not None else None
         if best is not None:
             refined, result, alone = best
             inflation = MODEL_INFLATION * max(1.0, result.disagreement) * (1 + 2 / result.whole)
@@ -88,10 +100,10 @@ class Placing:
             residual, fitted = float(np.sqrt(result.variance)), alone and result.absent < 0.6
         trust = trust if fitted else min(trust, UNFITTED_TRUST)
         rods, ratio = self._looks(e, refined)
-        return Placed(e, refined, covariance, trust, rods, ratio, residual, pose, fitted)
+        return Placed(e, refined, covariance, trust, rods, ratio, residual, pose, fitted, hasty)
 
     def _best_fit(
-        self, e: Evidence, pose: Float, kinds: Int, profile: Profile, noise: NoiseModel
+        self, e: Evidence, pose: Float, kinds: Int, profile: Profile, noise: NoiseModel, hasty: bool
     ) -> tuple[Float, Fit, bool] | None:
         """The likeliest fit, of one start where the rods found fix the heading, of several where not; and whether its
         pixels fix its pose, and no other that lies elsewhere is nearly as likely."""
@@ -99,7 +111,7 @@ class Placing:
         prior, found = e.snapshot.pose_pond, list[tuple[Float, Fit]]()
         rods = explained(e.found, pose, self._setting.layout, self._setting.camera)  # the others fix no heading
         several = starts(pose, prior, rods, self._setting.camera, noise)
-        for start in several:
+        for start in several[-1:] if hasty else several:
             if len(several) > 1:
                 start = self._focused(e, start, kinds, profile)
             patches, centres = self.teaching.cut(e, start, kinds, profile.axis)
@@ -122,7 +134,7 @@ class Placing:
         at, result = found[best]
         away = [np.hypot(*(other - at)[:2]) > RIVAL_PX * m for other, _ in found]
         alone = not any(c < cost[best] + RIVAL_NATS for c, far in zip(cost, away, strict=True) if far)
-        return at, result, alone and _sigma_px(result) < LOOSE_PX
+        return at, result, alone and _sigma_px(result) < LOOSE_PX and (not hasty or len(several) == 1)
 
     def _geometry(self, e: Evidence, poses: list[Float]) -> Float:
         """Nats against each of several poses, for rods missing or unexplained; nothing where there is one only."""
@@ -189,7 +201,7 @@ def elsewhere(e: Evidence, belief: Float, chosen: int, setting: Setting) -> tupl
 
 def starts(pose: Float, prior: Float, found: RodsFound, camera: Camera, noise: NoiseModel) -> list[Float]:
     """Poses to refine from. One, where two rods or more were found precisely; where one, turned about it as far as the
-    noisy heading may be off."""
+    noisy heading may be off, the pose itself last."""
     weight = precision(found)
     if not len(weight) or not one_rod(found):
         return [pose]

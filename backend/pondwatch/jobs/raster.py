@@ -94,4 +94,4 @@ def encode_patches(mosaic: Mosaic, rects: Sequence[Rect]) -> list[EncodedRect]:
 
 def _opaque(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Without its alpha, (h, w, 3), where all of it was seen: a quarter less to encode, send and decode."""
-    return np.ascontiguousarray(image[..., :3]) if image[..., 3].all() else image
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGRA2BGR), np.uint8) if image[..., 3].all() else image
