@@ -204,7 +204,7 @@ def test_a_state_that_is_shown_changes_in_the_store_only_where_looks_agree(house
         session = house.found()
         outcome = Outcome((), (now,), Quality(0, 0, 0, 0), (), (), 0.0)
         commit(house.store, session, (), outcome, 1)
-        row = house.store.read(lambda c: revisions.readings_of(c, session.id, ["R0"]))[0]
+        row = house.store.read(lambda c: revisions.readings_of(c, session.id, ["R0"]))["R0"]
         return row["state"], row["confidence"]
 
     assert shown(RodReading("R0", RodState.EMPTY, 0.0, 0.9, 1)) == ("empty", 0.9)

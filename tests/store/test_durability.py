@@ -77,6 +77,20 @@ def test_a_failed_unit_takes_back_its_own_changes_alone(store: Store) -> None:
     assert {s.id for s in store.read(lambda c: sessions.page(c, 10, None))} == created
 
 
+def test_a_unit_that_fails_with_none_beside_it_leaves_nothing_either(store: Store) -> None:
+    def fails(connection: Any) -> None:
+        sessions.create(connection, parse_inspection(document()), "identity", 2)
+        raise Conflict("no")
+
+    with pytest.raises(Conflict):
+        store.write(fails)
+    with pytest.raises(Unavailable):
+        store.write(lambda c: c.execute(text("DELETE FROM nothing_of_the_kind")))
+
+    assert store.read(lambda c: sessions.page(c, 10, None)) == []
+    assert store.write(lambda c: sessions.page(c, 10, None)) == []  # and the next finds the writer at work
+
+
 def test_a_result_is_handed_out_only_after_the_commit_that_holds_it(store: Store, monkeypatch: Any) -> None:
     seen = []
     engine = store._writing

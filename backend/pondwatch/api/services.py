@@ -53,7 +53,7 @@ class Services:
         return int(self.clock.now_s() * 1000)
 
 
-def _of(request: Request) -> Services:
+async def _of(request: Request) -> Services:  # no thread is asked for it
     services = request.app.state.services
     assert isinstance(services, Services)
     return services

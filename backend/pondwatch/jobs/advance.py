@@ -14,6 +14,7 @@ from sqlalchemy import Connection, RowMapping
 from pondwatch.core.conditions import Limits, published
 from pondwatch.core.values import RodReading, Status
 from pondwatch.store import behind, jobs, revisions, sessions, snapshots
+from pondwatch.store.history import Readings
 from pondwatch.store.revisions import NewRevision, PoseRow, TileRow
 from pondwatch.store.sessions import Session, State
 from pondwatch.store.snapshots import StoredSnapshot
@@ -146,14 +147,14 @@ def commit(
         through,
         now_ms,
         poses=[*(pose_row(m) for m in outcome.poses), *silent],
-        rods=_published(store, session.id, outcome.rods, limits),
         undrawn=outcome.undrawn,
         seen_share=outcome.seen_share,
         quality=outcome.quality.sentence,
     )
 
     def unit(connection: Connection) -> Step:
-        revision = revisions.write(connection, new)
+        before = revisions.readings_of(connection, session.id, [r.rod_id for r in outcome.rods])
+        revision = revisions.write(connection, replace(new, rods=_published(before, outcome.rods, limits)), before)
         left = snapshots.count_after(connection, session.id, through)
         share = len(fresh) / max(1, len(fresh) + left)
         jobs.mark(
@@ -172,11 +173,10 @@ def commit(
     return store.write(unit)
 
 
-def _published(store: Store, session_id: str, read: Sequence[RodReading], limits: Limits) -> tuple[RodReading, ...]:
-    """What is shown of rods that were read anew."""
-    shown = store.read(lambda c: revisions.readings_of(c, session_id, [r.rod_id for r in read]))
-    before = {row["rod_id"]: reading(row) for row in shown}
-    return tuple(published(before.get(r.rod_id), r, limits) for r in read)
+def _published(before: Readings, read: Sequence[RodReading], limits: Limits) -> tuple[RodReading, ...]:
+    """What is shown of rods that were read anew. before: what is shown of them until then."""
+    shown = {rod_id: reading(row) for rod_id, row in before.items()}
+    return tuple(published(shown.get(r.rod_id), r, limits) for r in read)
 
 
 def pass_over(store: Store, session_id: str, now_ms: int, fault: str) -> Step | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, bindparam, func, select
 
 from pondwatch.core.conditions import Limits
 from pondwatch.core.coverage import rods_in_view
@@ -18,6 +18,11 @@ from .views import reading
 
 COVERAGE_EVERY_S = 30.0
 _GRID = 24  # points a side of a pond without a layout
+_HEARD = (  # made once: asked every second
+    select(snapshots.c.robot, func.max(snapshots.c.received_ms), func.max(snapshots.c.id))
+    .where(snapshots.c.session_id == bindparam("session_id"), snapshots.c.id > bindparam("after"))
+    .group_by(snapshots.c.robot)
+)
 
 
 @dataclass(slots=True)
@@ -60,11 +65,8 @@ class Facts:
         return self._cover(connection, now_s, limits)
 
     def _hear(self, connection: Connection) -> None:
-        c = snapshots.c
-        query = select(c.robot, func.max(c.received_ms), func.max(c.id)).group_by(c.robot)
-        for robot, at_ms, number in connection.execute(
-            query.where(c.session_id == self.session.id, c.id > self._heard_through)
-        ).all():
+        named = {"session_id": self.session.id, "after": self._heard_through}
+        for robot, at_ms, number in connection.execute(_HEARD, named).all():
             self.heard_s[robot] = max(at_ms / 1000, self.since_s)
             self._heard_through = max(self._heard_through, number)
 

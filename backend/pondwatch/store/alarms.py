@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, RowMapping, delete, insert, select, update
+from sqlalchemy import Connection, Row, RowMapping, bindparam, delete, insert, select, update
 
 from pondwatch.core.alarms import Alarm, AlarmKey, Comment, Kind
 
@@ -93,10 +93,12 @@ def set_baseline(connection: Connection, session_id: str, baseline_id: str | Non
         connection.execute(insert(baselines), row)
 
 
+_BASELINE = select(baselines.c.baseline_id).where(baselines.c.session_id == bindparam("session_id"))  # made once
+
+
 def baseline(connection: Connection, session_id: str) -> str | None:
     """The session that another is held against."""
-    query = select(baselines.c.baseline_id).where(baselines.c.session_id == session_id)
-    return connection.execute(query).scalar_one_or_none()
+    return connection.execute(_BASELINE, {"session_id": session_id}).scalar_one_or_none()
 
 
 def _values(alarm: Alarm) -> dict[str, Any]:

@@ -9,10 +9,11 @@ from sqlalchemy import Connection, RowMapping, insert, select
 
 from pondwatch.core.values import RodReading
 
-from .tables import rod_history, rod_readings
+from .tables import rod_history
 
 FILL_STEP, CONFIDENCE_STEP = 0.005, 0.01
-_NAMED = 400  # rods that a statement names one by one
+Readings = Mapping[str, RowMapping]  # rows by the rod's id
+_ADD = insert(rod_history)
 
 
 def rod_values(r: RodReading) -> dict[str, Any]:
@@ -27,14 +28,12 @@ def rod_values(r: RodReading) -> dict[str, Any]:
     }
 
 
-def keep(connection: Connection, session_id: str, revision: int, at_ms: int, readings: Sequence[RodReading]) -> None:
-    """Add what changes by a revision, before the readings themselves are replaced."""
-    before = _stored(connection, session_id, [r.rod_id for r in readings])
-    changed = [rod_values(r) for r in readings]
-    changed = [row for row in changed if _differs(before.get(row["rod_id"]), row)]
+def keep(connection: Connection, mine: Mapping[str, Any], now: Sequence[RodReading], before: Readings) -> None:
+    """Add what a revision changes. mine: `session_id`, `revision` and `at_ms`; before: what its rods read as then."""
+    changed = [rod_values(r) for r in now]
+    changed = [{**row, **mine} for row in changed if _differs(before.get(row["rod_id"]), row)]
     if changed:
-        mine = {"session_id": session_id, "revision": revision, "at_ms": at_ms}
-        connection.execute(insert(rod_history), [row | mine for row in changed])
+        connection.execute(_ADD, changed)
 
 
 def of_rod(connection: Connection, session_id: str, rod_id: str) -> Sequence[RowMapping]:
@@ -47,15 +46,6 @@ def of_session(connection: Connection, session_id: str) -> Sequence[RowMapping]:
     """All rods' readings in order of revision."""
     mine = select(rod_history).where(rod_history.c.session_id == session_id)
     return connection.execute(mine.order_by(rod_history.c.revision, rod_history.c.rod_id)).mappings().all()
-
-
-def _stored(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> dict[str, RowMapping]:
-    if not rod_ids:
-        return {}
-    query = select(rod_readings).where(rod_readings.c.session_id == session_id)
-    if len(rod_ids) <= _NAMED:
-        query = query.where(rod_readings.c.rod_id.in_(rod_ids))
-    return {row["rod_id"]: row for row in connection.execute(query).mappings()}
 
 
 def _differs(before: RowMapping | None, now: Mapping[str, Any]) -> bool:

@@ -5,21 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, RowMapping, bindparam, insert, select, update
+from sqlalchemy import BindParameter, Connection, RowMapping, bindparam, insert, select, update
 
 from pondwatch.core.errors import Missing
 
 from .tables import jobs
 
-_STATE = select(jobs.c.state).where(
-    jobs.c.session_id == bindparam("session_id"), jobs.c.kind == bindparam("kind")
-)  # made once: every upload asks it
+_SESSION: BindParameter[str] = bindparam("of_session")
+_KIND: BindParameter[str] = bindparam("of_kind")
+_MINE = (jobs.c.session_id == _SESSION, jobs.c.kind == _KIND)
+_STATE = select(jobs.c.state).where(*_MINE)  # made once, like all here: every upload asks it
+_CHANGE = update(jobs).where(*_MINE)
+_COUNT_AND_CHANGE = _CHANGE.values(attempts=jobs.c.attempts + 1)
+_ATTEMPTS = select(jobs.c.attempts).where(*_MINE)
+_ROWS = select(jobs).order_by(jobs.c.updated_ms.desc(), jobs.c.id.desc()).limit(bindparam("most"))
+_ROWS_OF = _ROWS.where(jobs.c.session_id == _SESSION)
 
 
 def queue(connection: Connection, session_id: str, kind: str, now_ms: int) -> None:
     """There is work of this kind; nothing changes where it is queued or running already."""
-    mine = (jobs.c.session_id == session_id, jobs.c.kind == kind)
-    state = connection.execute(_STATE, {"session_id": session_id, "kind": kind}).scalar_one_or_none()
+    mine = {"of_session": session_id, "of_kind": kind}
+    state = connection.execute(_STATE, mine).scalar_one_or_none()
     if state is None:
         row = {"session_id": session_id, "kind": kind, "state": "queued", "created_ms": now_ms, "updated_ms": now_ms}
         connection.execute(insert(jobs), row)
@@ -32,36 +38,27 @@ def queue(connection: Connection, session_id: str, kind: str, now_ms: int) -> No
             "created_ms": now_ms,
             "updated_ms": now_ms,
         }
-        connection.execute(update(jobs).where(*mine).values(fresh))
+        connection.execute(_CHANGE, mine | fresh)
 
 
 def mark(connection: Connection, session_id: str, kind: str, now_ms: int, **values: Any) -> None:
     """Set `state`, `progress`, `error` of a job."""
-    mine = (jobs.c.session_id == session_id, jobs.c.kind == kind)
-    connection.execute(update(jobs).where(*mine).values(updated_ms=now_ms, **values))
+    connection.execute(_CHANGE, {"of_session": session_id, "of_kind": kind, "updated_ms": now_ms, **values})
 
 
 def fail(connection: Connection, session_id: str, kind: str, now_ms: int, error: str, *, final: bool) -> int:
     """Count a failed attempt; how many there were."""
-    mark(
-        connection,
-        session_id,
-        kind,
-        now_ms,
-        state="failed" if final else "queued",
-        error=error[:500],
-        attempts=jobs.c.attempts + 1,
-    )
-    mine = (jobs.c.session_id == session_id, jobs.c.kind == kind)
-    return connection.execute(select(jobs.c.attempts).where(*mine)).scalar_one_or_none() or 0
+    mine = {"of_session": session_id, "of_kind": kind}
+    failed = {"state": "failed" if final else "queued", "error": error[:500], "updated_ms": now_ms}
+    connection.execute(_COUNT_AND_CHANGE, mine | failed)
+    return connection.execute(_ATTEMPTS, mine).scalar_one_or_none() or 0
 
 
 def rows(connection: Connection, session_id: str | None, limit: int = 200) -> Sequence[RowMapping]:
     """Jobs, the newest first."""
-    query = select(jobs).order_by(jobs.c.updated_ms.desc(), jobs.c.id.desc()).limit(limit)
-    if session_id is not None:
-        query = query.where(jobs.c.session_id == session_id)
-    return connection.execute(query).mappings().all()
+    query = _ROWS if session_id is None else _ROWS_OF
+    named = {} if session_id is None else {"of_session": session_id}
+    return connection.execute(query, {"most": limit, **named}).mappings().all()
 
 
 def get(connection: Connection, job_id: int) -> RowMapping:

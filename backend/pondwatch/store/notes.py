@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from sqlalchemy import Connection, RowMapping, insert, select, update
+from sqlalchemy import Connection, RowMapping, bindparam, insert, select, update
 
 from pondwatch.core.errors import Conflict, Missing
 
@@ -56,12 +56,17 @@ def close(connection: Connection, session_id: str, note_id: int, by: str, now_ms
     return changed.mappings().one()
 
 
+_OF = (  # made once: asked for every viewer's news
+    select(notes)
+    .where(notes.c.session_id == bindparam("session_id"), notes.c.revision >= bindparam("since"))
+    .order_by(notes.c.id)
+)
+
+
 def of(connection: Connection, session_id: str, since: int = -1, rod_id: str | None = None) -> Sequence[RowMapping]:
     """A session's notes that changed at revision `since` or later, in order; those of one rod where asked for."""
-    query = select(notes).where(notes.c.session_id == session_id, notes.c.revision >= since)
-    if rod_id is not None:
-        query = query.where(notes.c.rod_id == rod_id)
-    return connection.execute(query.order_by(notes.c.id)).mappings().all()
+    query = _OF if rod_id is None else _OF.where(notes.c.rod_id == rod_id)
+    return connection.execute(query, {"session_id": session_id, "since": since}).mappings().all()
 
 
 def handed_over(connection: Connection, from_ms: int, limit: int) -> Sequence[RowMapping]:

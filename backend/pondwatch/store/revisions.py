@@ -60,8 +60,11 @@ class NewRevision:
     finished_ms: int | None = None
 
 
-def write(connection: Connection, new: NewRevision) -> int:
-    """Write a revision; its number.
+_FOLLOWS = update(sessions).where(sessions.c.id == bindparam("of_session"), sessions.c.revision == bindparam("base"))
+
+
+def write(connection: Connection, new: NewRevision, before: history.Readings | None = None) -> int:
+    """Write a revision; its number. before: what its rods read as, where it was asked in this transaction already.
 
     Raises:
         Conflict: another revision came between.
@@ -75,12 +78,13 @@ def write(connection: Connection, new: NewRevision) -> int:
         "finished_ms": new.finished_ms,
     }
     values |= {name: value for name, value in optional.items() if value is not None}
-    mine = (sessions.c.id == new.session_id, sessions.c.revision == new.base)
-    if connection.execute(update(sessions).where(*mine).values(values)).rowcount != 1:
+    if connection.execute(_FOLLOWS, {"of_session": new.session_id, "base": new.base, **values}).rowcount != 1:
         raise Conflict("Another revision came between.", session=new.session_id)
     of_revision = {"session_id": new.session_id, "revision": revision}
     _upsert(connection, poses, [pose_values(p) | of_revision for p in new.poses])
-    history.keep(connection, new.session_id, revision, new.at_ms, new.rods)
+    if before is None:
+        before = readings_of(connection, new.session_id, [r.rod_id for r in new.rods])
+    history.keep(connection, of_revision | {"at_ms": new.at_ms}, new.rods, before)
     _upsert(connection, rod_readings, [rod_values(r) | of_revision for r in new.rods])
     keep_tiles(connection, new.session_id, revision, new.tiles)
     behind.mark(connection, new.session_id, revision, new.undrawn)
@@ -161,14 +165,18 @@ def rod_rows(connection: Connection, session_id: str, since: int = -1) -> Sequen
     return connection.execute(_RODS, {"session_id": session_id, "since": since}).mappings().all()
 
 
-def readings_of(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> list[RowMapping]:
-    """The readings of some rods, in no order; those never read have none."""
-    c = rod_readings.c
-    found: list[RowMapping] = []
-    for start in range(0, len(rod_ids), 500):  # a statement takes only so many values
-        some = c.rod_id.in_(rod_ids[start : start + 500])
-        found += connection.execute(select(rod_readings).where(c.session_id == session_id, some)).mappings()
-    return found
+_NAMED = 400  # rods that a statement names one by one
+_READINGS = select(rod_readings).where(rod_readings.c.session_id == _MINE)
+_READINGS_OF = _READINGS.where(rod_readings.c.rod_id.in_(bindparam("rod_ids", expanding=True)))
+
+
+def readings_of(connection: Connection, session_id: str, rod_ids: Sequence[str]) -> dict[str, RowMapping]:
+    """The readings of these rods at least, by their ids; those never read have none."""
+    if not rod_ids:
+        return {}
+    named = {"session_id": session_id, "rod_ids": list(rod_ids)}
+    found = connection.execute(_READINGS_OF, named) if len(rod_ids) <= _NAMED else connection.execute(_READINGS, named)
+    return {row["rod_id"]: row for row in found.mappings()}
 
 
 def tile_rows(connection: Connection, session_id: str, layer: str, since: int = -1) -> Sequence[RowMapping]:

@@ -111,10 +111,15 @@ def add(connection: Connection, session_id: str, new: NewSnapshot, now_ms: int) 
     return StoredSnapshot(int(result.inserted_primary_key[0]), now_ms, new)
 
 
+_AFTER = (snapshots.c.session_id == bindparam("session_id"), snapshots.c.id > bindparam("after"))
+_UNCOVERED = select(snapshots).where(*_AFTER).order_by(snapshots.c.id).limit(bindparam("most"))  # made once: every
+_COUNT_AFTER = select(func.count()).where(*_AFTER)  # step asks both
+
+
 def uncovered(connection: Connection, session_id: str, covered_through: int, limit: int) -> list[StoredSnapshot]:
     """The next snapshots that no revision covers, in order of receipt."""
-    query = select(snapshots).where(snapshots.c.session_id == session_id, snapshots.c.id > covered_through)
-    return [_stored(row) for row in connection.execute(query.order_by(snapshots.c.id).limit(limit))]
+    named = {"session_id": session_id, "after": covered_through, "most": limit}
+    return [_stored(row) for row in connection.execute(_UNCOVERED, named)]
 
 
 def covered(connection: Connection, session_id: str) -> list[StoredSnapshot]:
@@ -132,8 +137,7 @@ def covered(connection: Connection, session_id: str) -> list[StoredSnapshot]:
 
 def count_after(connection: Connection, session_id: str, snapshot_id: int) -> int:
     """How many came after this one."""
-    query = select(func.count()).where(snapshots.c.session_id == session_id, snapshots.c.id > snapshot_id)
-    return connection.execute(query).scalar_one()
+    return connection.execute(_COUNT_AFTER, {"session_id": session_id, "after": snapshot_id}).scalar_one()
 
 
 def _shown(row: Row[Any]) -> tuple[float, float, float] | None:

@@ -1,8 +1,8 @@
 """The one writer: everything that changes the database goes through its thread, many units to a commit.
 
 While one commit waits for the disk the next units queue up, so commits group by themselves under load and add no wait
-without it. Each unit runs in a savepoint of its own: one that fails takes back its own changes alone. A unit's result
-is handed out only after the commit that holds it.
+without it. Each unit of a group runs in a savepoint of its own: one that fails takes back its own changes alone. A
+unit's result is handed out only after the commit that holds it.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Writer:
     def _commit(self, units: list[tuple[Unit, Future[Any]]]) -> None:
         try:
             with self._engine.begin() as connection:
-                outcomes = [self._attempt(connection, unit) for unit, _ in units]
+                outcomes = self._run_all(connection, [unit for unit, _ in units])
         except DBAPIError as error:
             outcomes = [(None, database_error(error))] * len(units)
         except Exception as error:  # a border: the writer must outlive any unit
@@ -94,6 +94,11 @@ class Writer:
                 future.set_result(result)
             else:
                 future.set_exception(failure)
+
+    def _run_all(self, connection: Connection, units: list[Unit]) -> list[tuple[Any, BaseException | None]]:
+        if len(units) == 1:  # what it did is taken back with the transaction
+            return [(units[0](connection), None)]
+        return [self._attempt(connection, unit) for unit in units]
 
     @staticmethod
     def _attempt(connection: Connection, unit: Unit) -> tuple[Any, BaseException | None]:
