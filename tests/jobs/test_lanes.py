@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -16,10 +18,6 @@ def lane() -> Iterator[ProcessLane]:
     made = ProcessLane(timeout_s=30)
     yield made
     made.close()
-
-
-def worker_of(lane: ProcessLane) -> int:
-    return lane._started.result(30)
 
 
 def call_often(lane: ProcessLane) -> None:
@@ -36,32 +34,49 @@ def test_a_worker_answers_and_says_what_went_wrong(lane: ProcessLane) -> None:
 
 
 def test_a_worker_that_died_is_replaced(lane: ProcessLane) -> None:
-    first = worker_of(lane)
+    first = lane.worker
     os.kill(first, signal.SIGKILL)
 
     with pytest.raises(WorkerLost):
         call_often(lane)
 
     assert lane.call("forget", "s1") is None
-    assert worker_of(lane) != first
+    assert lane.worker != first
 
 
-def test_a_worker_that_does_not_answer_is_replaced() -> None:
-    lane = ProcessLane(timeout_s=30)
-    first = worker_of(lane)
+@pytest.mark.parametrize("said", [b"", b"more than a pipe holds" * 100_000])
+def test_a_worker_that_does_not_answer_or_listen_is_replaced(said: bytes) -> None:
+    lane = ProcessLane(timeout_s=2.0)
+    first = lane.worker
+    assert lane.call("forget", "s1") is None
     os.kill(first, signal.SIGSTOP)
-    lane._timeout_s = 0.2
 
-    with pytest.raises(WorkerLost):
-        lane.call("forget", "s1")
+    began_s = time.monotonic()
+    with pytest.raises(WorkerLost, match="in time"):
+        lane.call("forget", said)
 
-    lane._timeout_s = 30
+    assert time.monotonic() - began_s < 10.0
+    assert lane.worker != first
     assert lane.call("forget", "s1") is None
     lane.close()
 
 
+def test_a_lane_that_is_closed_lets_go_of_whoever_waits_for_it(lane: ProcessLane) -> None:
+    os.kill(lane.worker, signal.SIGSTOP)
+    closing = threading.Timer(0.2, lane.close)
+    closing.start()
+
+    with pytest.raises(WorkerLost):
+        lane.call("forget", "s1")
+
+    closing.join()
+    with pytest.raises(WorkerLost):
+        lane.call("forget", "s1")
+
+
 def test_a_worker_does_not_hear_the_interrupt_that_stops_the_server(lane: ProcessLane) -> None:
-    os.kill(worker_of(lane), signal.SIGINT)
+    assert lane.call("forget", "s1") is None  # it is up
+    os.kill(lane.worker, signal.SIGINT)
 
     assert lane.call("forget", "s1") is None
 

@@ -7,17 +7,18 @@ replaced within hundredths of a second.
 
 from __future__ import annotations
 
-import contextlib
 import os
-import signal
+import socket
+import struct
 import threading
 import zlib
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from typing import Any, Protocol
 
 from .nursery import context
 from .tasks import Failed
+
+_END_S = 5.0  # for a process that was killed to be gone
 
 
 class WorkerLost(Exception):
@@ -39,7 +40,8 @@ class Lane(Protocol):
 
 
 class ProcessLane:
-    """One worker process, replaced when it dies or takes longer than `timeout_s`."""
+    """One worker process at the other end of a pipe, replaced when it dies or takes longer than `timeout_s`. One call
+    at a time; `close` may come from any thread."""
 
     def __init__(self, timeout_s: float) -> None:
         self._timeout_s = timeout_s
@@ -48,8 +50,17 @@ class ProcessLane:
         self._open()
 
     def _open(self) -> None:
-        self._pool = ProcessPoolExecutor(1, mp_context=context())
-        self._started: Future[int] = self._pool.submit(_start)
+        self._pipe, its_end = context().Pipe()
+        _bound(self._pipe, self._timeout_s)
+        self._process = context().Process(target=_work, args=(its_end,), name="worker", daemon=True)
+        self._process.start()
+        its_end.close()
+
+    @property
+    def worker(self) -> int:
+        """The number of the process."""
+        assert self._process.pid is not None
+        return self._process.pid
 
     def call(self, method: str, *args: Any) -> Any:
         """The desk's answer.
@@ -58,44 +69,50 @@ class ProcessLane:
             WorkerLost: there is none. TaskFailed: the method raised.
         """
         try:
-            answer = self._pool.submit(_on_desk, method, *args).result(self._timeout_s)
-        except (BrokenProcessPool, CancelledError, RuntimeError, TimeoutError) as error:
+            self._pipe.send((method, args))
+            answer = self._pipe.recv()
+        except (EOFError, OSError) as error:
             self._replace()
-            raise WorkerLost(f"The worker process was lost ({type(error).__name__}).") from error
+            why = "it did not answer in time" if isinstance(error, BlockingIOError) else "it ended"
+            raise WorkerLost(f"The worker process was lost: {why}.") from error
         if isinstance(answer, Failed):
             raise TaskFailed(answer.message)
         return answer
 
     def _replace(self) -> None:
         with self._lock:
-            self._kill()
+            self._process.kill()
+            self._process.join(_END_S)
             if not self._closed:
+                self._pipe.close()
                 self._open()
-
-    def _kill(self) -> None:
-        with contextlib.suppress(BrokenProcessPool, CancelledError, TimeoutError, ProcessLookupError):
-            os.kill(self._started.result(timeout=0), signal.SIGKILL)
-        self._pool.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
         """End the process now; whatever it was at will be done again."""
         with self._lock:
             self._closed = True
-            self._kill()
+            self._process.kill()
 
 
-def _start() -> int:
-    """In the worker."""
-    from .worker import start
+def _bound(pipe: Connection, most_s: float) -> None:
+    """Let neither sending nor receiving wait longer: both raise BlockingIOError then."""
+    limit = struct.pack("ll", int(most_s), int(most_s % 1 * 1e6))
+    with socket.socket(fileno=os.dup(pipe.fileno())) as shared:
+        shared.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, limit)
+        shared.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, limit)
 
-    return start()
 
+def _work(pipe: Connection) -> None:
+    """In the worker: answer one call after the other, until there is nobody to answer."""
+    from .worker import on_desk, start
 
-def _on_desk(method: str, *args: Any) -> Any:
-    """In the worker."""
-    from .worker import on_desk
-
-    return on_desk(method, *args)
+    start()
+    while True:
+        try:
+            method, args = pipe.recv()
+        except EOFError:
+            return
+        pipe.send(on_desk(method, *args))
 
 
 def lane_of(session: str, lanes: int) -> int:
