@@ -8,7 +8,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import BindParameter, Connection, Row, bindparam, func, insert, select, update
+from sqlalchemy import (
+    BindParameter,
+    ColumnElement,
+    Connection,
+    Row,
+    ScalarSelect,
+    bindparam,
+    func,
+    insert,
+    select,
+    update,
+)
 
 from pondwatch.core.errors import Missing
 from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
@@ -163,42 +174,29 @@ def page(connection: Connection, limit: int, before: str | None, named: str | No
 
 
 _MINE: BindParameter[str] = bindparam("session_id")
-_COUNTS = select(  # made once: asked at every revision
-    select(func.count()).where(snapshots.c.session_id == _MINE).scalar_subquery().label("snapshots"),
-    select(func.max(snapshots.c.captured_ms))
-    .where(snapshots.c.session_id == _MINE)
-    .scalar_subquery()
-    .label("captured"),
-    select(func.max(snapshots.c.received_ms))
-    .where(snapshots.c.session_id == _MINE)
-    .scalar_subquery()
-    .label("received"),
-    select(func.count()).where(rods.c.session_id == _MINE).scalar_subquery().label("rods"),
-    select(func.count())
-    .where(rod_readings.c.session_id == _MINE, rod_readings.c.state != "unseen")
-    .scalar_subquery()
-    .label("seen"),
-    select(baselines.c.baseline_id).where(baselines.c.session_id == _MINE).scalar_subquery().label("baseline"),
-)
-_BY_STATUS = select(poses.c.status, func.count()).where(poses.c.session_id == _MINE).group_by(poses.c.status)
+
+
+def _one(what: ColumnElement[Any], *which: ColumnElement[bool]) -> ScalarSelect[Any]:
+    return select(what).where(*which).scalar_subquery()
+
+
+_COUNTED = {  # by the names of `Facts`
+    "snapshots": _one(func.count(), snapshots.c.session_id == _MINE),
+    "placed": _one(func.count(), poses.c.session_id == _MINE, poses.c.status == "placed"),
+    "uncertain": _one(func.count(), poses.c.session_id == _MINE, poses.c.status == "uncertain"),
+    "rejected": _one(func.count(), poses.c.session_id == _MINE, poses.c.status == "rejected"),
+    "rods": _one(func.count(), rods.c.session_id == _MINE),
+    "rods_seen": _one(func.count(), rod_readings.c.session_id == _MINE, rod_readings.c.state != "unseen"),
+    "last_captured_ms": _one(func.max(snapshots.c.captured_ms), snapshots.c.session_id == _MINE),
+    "last_received_ms": _one(func.max(snapshots.c.received_ms), snapshots.c.session_id == _MINE),
+    "baseline": _one(baselines.c.baseline_id, baselines.c.session_id == _MINE),
+}
+_FACTS = select(*(value.label(name) for name, value in _COUNTED.items()))  # made once: asked at every revision
 
 
 def facts(connection: Connection, session_id: str) -> Facts:
     """Counts over a session's snapshots, poses and rods."""
-    mine = {"session_id": session_id}
-    found = connection.execute(_COUNTS, mine).one()
-    counts = {row.status: row[1] for row in connection.execute(_BY_STATUS, mine)}
-    return Facts(
-        found.snapshots,
-        counts.get("placed", 0),
-        counts.get("uncertain", 0),
-        counts.get("rejected", 0),
-        found.rods,
-        found.seen,
-        found.captured,
-        found.received,
-        found.baseline,
-    )
+    return Facts(**connection.execute(_FACTS, {"session_id": session_id}).mappings().one())
 
 
 def set_state(connection: Connection, session_id: str, state: State, finished_ms: int | None = None) -> None:
