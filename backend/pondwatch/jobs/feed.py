@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict, deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -83,15 +84,16 @@ class Feed:
         shown = session.revision
         if patches is None:
             patches, shown = self._drawn(connection, session, after)
+        facts = sessions.facts(connection, session_id)
         return News(
-            views.session(session, sessions.facts(connection, session_id)),
+            views.session(session, facts),
             shown,
             full,
             [views.pose(row) for row in revisions.pose_rows(connection, session_id, after)],
-            _rods(connection, session_id, after),
+            _rods(connection, session_id, after, judgements.newest(connection, session_id) if facts.judgements else {}),
             patches,
             [views.job(row) for row in jobs.rows(connection, session_id)],
-            [views.note(row) for row in notes.of(connection, session_id, after)],
+            [views.note(row) for row in (notes.of(connection, session_id, after) if facts.notes else ())],
         )
 
     def _drawn(self, connection: Connection, session: Session, after: int) -> tuple[list[Picture], int]:
@@ -115,10 +117,11 @@ class Feed:
         return [Picture(patch.rect, revision, patch.content) for revision, patches in kept for patch in patches]
 
 
-def _rods(connection: Connection, session_id: str, after: int) -> list[dict[str, Any]]:
+def _rods(
+    connection: Connection, session_id: str, after: int, judged: Mapping[str, RowMapping]
+) -> list[dict[str, Any]]:
     """Readings that changed after a revision, and those that people judged at it or later: what people say makes no
     revision of its own, so it is told again until the next one."""
-    judged = judgements.newest(connection, session_id)
     changed = {row["rod_id"]: row for row in revisions.rod_rows(connection, session_id, after)}
     fresh = {rod_id for rod_id, row in judged.items() if row["revision"] >= after} - changed.keys()
     if fresh:

@@ -26,7 +26,7 @@ from pondwatch.core.values import Camera, Inspection, Pond, PoseNoise, Rod
 
 from . import ponds
 from .alarmtables import baselines
-from .tables import behind_tiles, corrections, poses, rod_readings, rods, seals, sessions, snapshots
+from .tables import behind_tiles, corrections, judgements, notes, poses, rod_readings, rods, seals, sessions, snapshots
 
 
 class State(enum.StrEnum):
@@ -58,7 +58,7 @@ class Session:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What is counted over a session's rows, and the session that it is held against."""
+    """What is counted over a session's rows, and the session that it is held against. judgements, notes: of people."""
 
     snapshots: int
     placed: int
@@ -69,6 +69,8 @@ class Facts:
     last_captured_ms: int | None
     last_received_ms: int | None
     baseline: str | None
+    judgements: int
+    notes: int
 
     @property
     def pending(self) -> int:
@@ -190,6 +192,8 @@ _COUNTED = {  # by the names of `Facts`
     "last_captured_ms": _one(func.max(snapshots.c.captured_ms), snapshots.c.session_id == _MINE),
     "last_received_ms": _one(func.max(snapshots.c.received_ms), snapshots.c.session_id == _MINE),
     "baseline": _one(baselines.c.baseline_id, baselines.c.session_id == _MINE),
+    "judgements": _one(func.count(), judgements.c.session_id == _MINE),
+    "notes": _one(func.count(), notes.c.session_id == _MINE),
 }
 _FACTS = select(*(value.label(name) for name, value in _COUNTED.items()))  # made once: asked at every revision
 
