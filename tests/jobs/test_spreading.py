@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,14 +28,32 @@ def test_results_come_in_the_order_of_the_things(cores, count):
     assert spread_out(lambda k: k * k, range(count), ()) == [k * k for k in range(count)]
 
 
+def _who(rest_s):
+    """Which process did something that took a while."""
+    time.sleep(rest_s)
+    return os.getpid()
+
+
 def test_as_many_processes_work_as_there_are_cores(cores):
-    assert len(set(spread_out(lambda _: os.getpid(), range(3 * LEAST), ()))) == cores
+    assert len(set(spread_out(lambda _: _who(0.02), range(3 * LEAST), ()))) == cores
 
 
-def test_few_large_things_are_spread_too_each_to_one_process(cores):
-    assert spread_few(lambda k: k * k, range(2), ()) == [0, 1]
-    assert len(set(spread_few(lambda _: os.getpid(), range(2), ()))) == min(cores, 2)
-    assert spread_few(lambda k: k, [], ()) == []
+@pytest.mark.parametrize("spread", [spread_few, partial(spread_out, large=True)])
+def test_few_large_things_are_spread_too_each_to_one_process(cores, spread):
+    assert spread(lambda k: k * k, range(2), ()) == [0, 1]
+    assert len(set(spread(lambda _: _who(0.5), range(2), ()))) == min(cores, 2)
+    assert spread(lambda k: k, [], ()) == []
+
+
+@pytest.mark.parametrize("slow", [range(LEAST), range(LEAST, 2 * LEAST)], ids=["here", "there"])
+def test_who_is_done_with_its_own_helps_the_others(monkeypatch, slow):
+    """Of two halves all of one takes long."""
+    monkeypatch.setattr(spreading, "cores", lambda: 2)
+
+    done = spread_out(lambda k: _who(0.05 if k in slow else 0.0), range(2 * LEAST), ())
+
+    by_this = [done[k] == SELF for k in slow]
+    assert LEAST // 4 < sum(by_this) < 3 * LEAST // 4
 
 
 def test_what_is_shared_comes_back_as_itself_and_the_rest_as_its_equal(cores):
@@ -48,8 +68,9 @@ def test_what_is_shared_comes_back_as_itself_and_the_rest_as_its_equal(cores):
 @pytest.mark.parametrize("end", [lambda: os.kill(os.getpid(), signal.SIGKILL), lambda: 1 / 0], ids=["killed", "error"])
 def test_what_a_child_leaves_undone_is_done_here(cores, end):
     def work(k):
-        if k == 2 * LEAST - 1 and os.getpid() != SELF:
+        if os.getpid() != SELF and k >= LEAST:
             end()
+        time.sleep(0.01)
         return k
 
     assert spread_out(work, range(2 * LEAST), ()) == list(range(2 * LEAST))
@@ -69,8 +90,9 @@ def test_work_begun_beside_gives_its_result_when_asked(cores):
 def test_no_child_and_no_pipe_is_left(cores):
     before = sorted(OPEN.glob("*"))
 
-    children = set(spread_out(lambda _: os.getpid(), range(3 * LEAST), ())) - {SELF}
+    children = set(spread_out(lambda _: _who(0.02), range(3 * LEAST), ())) - {SELF}
 
+    assert len(children) == cores - 1
     assert len(sorted(OPEN.glob("*"))) == len(before)
     for child in children:
         with pytest.raises(ProcessLookupError):

@@ -50,11 +50,14 @@ class Spread(Protocol):
     """Does the same to many things, which do not know of one another, on as many cores as there are.
 
     shared: values that what is done may return, none of which ever changes; they need not be copied.
+    large: each is much work, so that few of them are worth a core of their own too.
     """
 
-    def __call__(self, work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]: ...
+    def __call__(
+        self, work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = False
+    ) -> list[R]: ...
 
 
-def one_by_one(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+def one_by_one(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = False) -> list[R]:
     """On this core alone."""
     return [work(thing) for thing in things]

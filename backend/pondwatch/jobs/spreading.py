@@ -1,18 +1,19 @@
 """The same work on many things, on all cores: child processes by `fork` that see what this one holds.
 
-Each takes a stretch of the things; its results come back through a pipe, in which values that this process holds too
-are named, not sent. A child that fails, or is killed, leaves its stretch to this process. Where there is no `fork`, or
-one core, or little to do, it is done here.
+Each has a stretch of the things, and then helps the others with theirs, so that none waits long for another that had
+more to do or a busier core; its results come back through a pipe, in which values that this process holds too are
+named, not sent. What a child that fails, or is killed, had begun is done by this process. Where there is no `fork`,
+or one core, or little to do, it is done here.
 """
 
 from __future__ import annotations
 
+import mmap
 import os
 import pickle
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from itertools import pairwise
 from typing import Generic, TypeVar
 
 import cv2
@@ -32,28 +33,47 @@ def cores() -> int:
     return min(allowed, MOST_CORES) if hasattr(os, "fork") else 1
 
 
-def spread_out(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+def spread_out(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = False) -> list[R]:
     """What `work` makes of each thing, in their order. It must change nothing that is looked at afterwards.
 
     Args:
         shared: values that `work` may return, none of which ever changes.
+        large: each thing is much work: two are enough for a child.
     """
-    return _spread(work, things, shared, LEAST)
+    count = len(things)
+    parts = min(cores(), count) if count >= (2 if large else LEAST) else 1
+    if parts == 1:
+        return [work(thing) for thing in things]
+    with mmap.mmap(-1, count) as begun:  # a byte for each thing, which all processes see
+        own, *others = (partial(_some, work, things, begun, _turns(count, k, parts)) for k in range(parts))
+        children = [beside(other, shared) for other in others]
+        done = own()
+        for child in children:
+            done = child() | done
+    return [done[k] if k in done else work(things[k]) for k in range(count)]
 
 
-def spread_few(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+def spread_few(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = True) -> list[R]:
     """The same, of things each of which is much work."""
-    return _spread(work, things, shared, 2)
+    return spread_out(work, things, shared, large)
 
 
-def _spread(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], least: int) -> list[R]:
-    parts = min(cores(), len(things)) if len(things) >= least else 1
-    cuts = [len(things) * k // parts for k in range(parts + 1)]
-    own, *others = (partial(_each, work, things[a:b]) for a, b in pairwise(cuts))
-    children = [beside(other, shared) for other in others]
-    done = own()
-    for child in children:
-        done += child()
+def _turns(count: int, k: int, parts: int) -> Iterator[int]:
+    """In which order process k of some begins things: its own stretch, then what the others have left, from its end."""
+    cuts = [count * part // parts for part in range(parts + 1)]
+    yield from range(cuts[k], cuts[k + 1])
+    for other in (*range(k + 1, parts), *range(k)):
+        yield from reversed(range(cuts[other], cuts[other + 1]))
+
+
+def _some(work: Callable[[T], R], things: Sequence[T], begun: mmap.mmap, turns: Iterator[int]) -> dict[int, R]:
+    """What this process makes of the things that no other has begun. That two begin one at the same moment costs time
+    and nothing else: what they make of it is the same."""
+    done = {}
+    for k in turns:
+        if not begun[k]:
+            begun[k] = 1
+            done[k] = work(things[k])
     return done
 
 
@@ -64,10 +84,6 @@ def beside(work: Callable[[], R], shared: Sequence[object] = ()) -> Callable[[],
         What waits for its result and gives it.
     """
     return _Child(work, shared).result if cores() > 1 else work
-
-
-def _each(work: Callable[[T], R], things: Sequence[T]) -> list[R]:
-    return [work(thing) for thing in things]
 
 
 class _Child(Generic[R]):
