@@ -106,8 +106,40 @@ def test_tables_of_snapshots_become_one_graph_with_everything_shifted_to_its_pla
     assert problem.owner.tolist() == [0, 0, 0, 1, 1]
     assert problem.log_prior.tolist() == [0, 1, 2, 0, 1]
     assert problem.edge_hypothesis.tolist() == [0, 1, 3]
+    assert problem.first_edges.tolist() == [0, 2, 3]
     assert problem.edge_rod.tolist() == [5, 6, 7]
     assert problem.look[problem.edge_look, 0].tolist() == [2, 2, 1]
+
+
+def test_under_another_noise_a_table_known_before_is_what_it_would_be_anew(pond, evidence):
+    vocabulary = Vocabulary.learn(evidence, pond.setting)
+    before, after = NoiseModel(0.02, 0.1), NoiseModel(0.05, 0.3)
+
+    for e in evidence[:5]:
+        known = tabulate(e, vocabulary, before, pond.setting, 6)
+        again, anew = (tabulate(e, vocabulary, after, pond.setting, 6, table) for table in (known, None))
+
+        assert (again.prior != known.prior).any()
+        for name in ("prior", "hypothesis", "rod", "look", "values"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(anew, name))
+
+
+def test_headings_under_which_all_states_look_alike_share_their_looks(pond, evidence):
+    """Quarter-sectors are 3.75 degrees."""
+    vocabulary, noise = Vocabulary.learn(evidence, pond.setting), NoiseModel(0.02, 0.1)
+    e = next(e for e in evidence if len(e.places))
+    pose, step = e.places.poses[0] * [1, 1, 0], 2 * np.pi / 96
+    places = e.places.take(np.zeros(3, np.int64))
+    turned = replace(places, poses=np.array([pose, pose + [0, 0, 0.45 * step], pose + [0, 0, 3 * step]]))
+
+    table = tabulate(replace(e, places=turned, far=e.far[[0, 0, 0]], site=e.site[[0, 0, 0]]), vocabulary, noise,
+                     pond.setting, 6)  # fmt: skip
+
+    sites = len(e.sites_px)
+    assert len(table.values) == 2 * sites
+    of = [table.look[table.hypothesis == h] for h in range(3)]
+    assert of[0].tolist() == of[1].tolist() == (of[2] - sites).tolist()
+    np.testing.assert_array_equal(table.values[sites:], vocabulary.looks(e, 3 * step))
 
 
 def test_snapshots_of_one_robot_and_boot_are_chained_by_sequence_however_they_arrived(evidence):

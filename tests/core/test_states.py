@@ -102,3 +102,13 @@ def test_no_more_states_are_kept_than_asked_for():
     kept, _ = prior_from(log_likelihood(share, valid, np.zeros(len(share))), valid, most=10)
 
     assert len(kept) == len(set(kept.tolist())) <= 10
+
+
+def test_some_states_are_as_likely_as_among_all():
+    rng = np.random.default_rng(5)
+    share, valid, theta = rng.uniform(-0.3, 1.3, (9, SECTORS)), rng.random((9, SECTORS)) > 0.2, rng.uniform(-4, 4, 9)
+    kept = np.array([EMPTY, FULL, 17, 90])
+
+    some = log_likelihood(share, valid, theta, kept=kept)
+
+    np.testing.assert_array_equal(some, log_likelihood(share, valid, theta)[:, kept])

@@ -213,7 +213,9 @@ def _two_means(x: Float) -> tuple[float, float, float, bool, float]:
         upper = x > (low + high) / 2
         if upper.all() or not upper.any():
             return low, high, 0.0, False, 0.0
-        low, high = float(np.median(x[~upper])), float(np.median(x[upper]))
+        before, (low, high) = (low, high), (float(np.median(x[~upper])), float(np.median(x[upper])))
+        if (low, high) == before:
+            break
     deviation = np.abs(x - np.where(upper, high, low))
     spread = 1.4826 * float(np.median(deviation))
     few = min(int(upper.sum()), int((~upper).sum())) < SECTORS // 4

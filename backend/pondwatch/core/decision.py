@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,15 +35,13 @@ class Vocabulary:
     @classmethod
     def learn(cls, evidence: Sequence[Evidence], setting: Setting) -> Vocabulary:
         """From all looks at rods found and wholly in view, each under its snapshot's first heading."""
-        ratio = [e.codes.ratio[_on_rods(e)] for e in evidence if len(e.places)]
+        seen = [(e, _on_rods(e)) for e in evidence if len(e.places)]
+        ratio = [e.codes.ratio[whole] for e, whole in seen]
         flat = np.concatenate(ratio).reshape(-1, 3) if ratio else np.zeros((0, 3))
         palette = learn_palette(flat)
         palette = palette.judged(_mouths_nats(evidence, palette, setting))
         like = [np.zeros((0, states.COUNT))]
-        for e in evidence:
-            if not len(e.places):
-                continue
-            whole = _on_rods(e)
+        for e, whole in seen:
             theta = np.full(int(whole.sum()), e.places.poses[0, 2])
             like.append(states.log_likelihood(palette.share(e.codes.ratio[whole]), e.codes.valid[whole], theta))
         stacked = np.concatenate(like)
@@ -59,8 +57,8 @@ class Vocabulary:
     def looks(self, e: Evidence, theta_rad: float) -> Float:
         """(S, K): likelihood of what each site shows under each state, over its likelihood under the prior."""
         share = self.palette.share(e.codes.ratio)
-        log_like = states.log_likelihood(share, e.codes.valid, np.full(len(share), theta_rad))[:, self.states]
-        like = np.exp(log_like)
+        theta = np.full(len(share), theta_rad)
+        like = np.asfortranarray(np.exp(states.log_likelihood(share, e.codes.valid, theta, kept=self.states)))
         return np.asarray(like / (like @ self.prior)[:, None])
 
 
@@ -111,33 +109,41 @@ def turns_of(setting: Setting) -> int:
     return 1
 
 
-def tabulate(e: Evidence, vocabulary: Vocabulary, noise: NoiseModel, setting: Setting, turns: int) -> Table:
-    """The factors of one snapshot."""
-    places = e.places
-    count = len(places)
+def tabulate(
+    e: Evidence, vocabulary: Vocabulary, noise: NoiseModel, setting: Setting, turns: int, known: Table | None = None
+) -> Table:
+    """The factors of one snapshot.
+
+    Args:
+        known: the same under another noise, which only the prior knows of.
+    """
     pond_m2, cell_m2 = _areas(setting)
-    prior = noise.log_prior(places.poses, e.snapshot.pose_pond, cell_m2, pond_m2, turns) + places.geometry
+    near = noise.log_prior(e.places.poses, e.snapshot.pose_pond, cell_m2, pond_m2, turns) + e.places.geometry
+    prior = np.append(near, _none_nats(e, noise))
+    return Table(prior, *_seen(e, vocabulary)) if known is None else replace(known, prior=prior)
+
+
+def _seen(e: Evidence, vocabulary: Vocabulary) -> tuple[Int, Int, Int, Float]:
+    """hypothesis, rod, look and values of a table. Headings under which all states look alike share their looks."""
+    places, count = e.places, len(e.places)
     visible = (e.codes.valid.mean(axis=1) > IN_VIEW) if len(e.sites_px) else np.zeros(0, bool)
     group = np.round(wrap_angle(places.poses[:, 2]) / HEADING_CLASS_RAD).astype(np.int64) if count else np.zeros(0, int)
-    hypothesis, rod, look, values, offset = [], [], [], [], 0
-    for g in np.unique(group):
+    step = states.heading_steps(places.poses[:, 2])
+    hypothesis, rod, look, values = list[Int](), list[Int](), list[Int](), list[Float]()
+    offset: dict[int, int] = {}  # of a heading's looks
+    for g in sorted(set(group.tolist())):
         rows = np.flatnonzero(group == g)
-        values.append(vocabulary.looks(e, float(places.poses[rows[0], 2])))
-        h, k = np.nonzero(e.site[rows] >= 0)
-        h = rows[h]
-        seen = visible[e.site[h, k]]
-        h, k = h[seen], k[seen]
-        hypothesis.append(h)
-        rod.append(places.rods[h, k])
-        look.append(offset + e.site[h, k])
-        offset += len(e.sites_px)
-    return Table(
-        np.append(prior, _none_nats(e, noise)),
-        _joined(hypothesis),
-        _joined(rod),
-        _joined(look),
-        np.concatenate(values) if values else np.zeros((0, len(vocabulary.prior))),
-    )
+        heading = int(step[rows[0]])
+        if heading not in offset:
+            offset[heading] = len(values) * len(e.sites_px)
+            values.append(vocabulary.looks(e, float(places.poses[rows[0], 2])))
+        site = e.site[rows]
+        h, k = np.nonzero((site >= 0) & visible[site]) if len(visible) else np.nonzero(site >= 0)
+        hypothesis.append(rows[h])
+        rod.append(places.rods[rows[h], k])
+        look.append(offset[heading] + site[h, k])
+    none = np.zeros((0, len(vocabulary.prior)))
+    return _joined(hypothesis), _joined(rod), _joined(look), np.concatenate(values) if values else none
 
 
 def _none_nats(e: Evidence, noise: NoiseModel) -> float:

@@ -57,6 +57,11 @@ class Problem:
         """(H,): the snapshot of each hypothesis."""
         return np.repeat(np.arange(self.snapshots), np.diff(self.start))
 
+    @property
+    def first_edges(self) -> Int:
+        """(N + 1,): the edges of snapshot i are first[i]:first[i + 1], where they are in the order of the snapshots."""
+        return np.searchsorted(self.owner[self.edge_hypothesis], np.arange(self.snapshots + 1))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decision:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from .frames import wrap_angle
 from .hypotheses import Reach, propose
 from .inference import decide, nudged
 from .noise import NoiseModel
+from .ports import Spread, one_by_one
 from .values import Float, Int
 
 FULL_RESTARTS = 24  # of the search, when all is decided from the start
@@ -71,25 +73,27 @@ class Solver:
         """The factors of one snapshot, read as a joint decision reads them."""
         return dec.tabulate(e, joint.vocabulary, joint.noise, self._setting, self._turns)
 
-    def solve(self, evidence: list[Evidence], before: Joint | None, live: bool) -> tuple[Joint, list[Evidence]]:
+    def solve(
+        self, evidence: list[Evidence], before: Joint | None, live: bool, spread: Spread = one_by_one
+    ) -> tuple[Joint, list[Evidence]]:
         """Decide, learn the noise from the decision, look further for what found no place; until nothing changes."""
         noise = before.noise if before else self._stated
         first, second = dec.chains(evidence)
         restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
         thorough = before is not None
-        words = dec.Vocabulary.learn(evidence, self._setting)
-        joint = self._decide(evidence, words, noise, restarts if thorough else 2, first, second)
+        words, known = dec.Vocabulary.learn(evidence, self._setting), dict[Evidence, dec.Table]()
+        joint = self._decide(evidence, words, noise, restarts if thorough else 2, first, second, known)
         for _ in range(1 if live and thorough else NOISE_ROUNDS):
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
             )
             learned = noise.learned(errors, joint.trust, first, second, _spread(evidence, joint))
-            evidence, widened = self._look_further(evidence, joint, learned)
+            evidence, widened = self._look_further(evidence, joint, learned, spread)
             settled = _similar(noise, learned) and not widened
             if settled and thorough:
                 break
             noise, thorough = learned, True  # what was found by two runs is never the last word
-            joint = self._decide(evidence, words, noise, restarts, first, second)
+            joint = self._decide(evidence, words, noise, restarts, first, second, known)
             if settled:
                 break
         return joint, evidence
@@ -107,8 +111,11 @@ class Solver:
         restarts: int,
         first: Int,
         second: Int,
+        known: dict[Evidence, dec.Table],
     ) -> Joint:
-        tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns) for e in evidence]
+        """known: tables of before, under another noise; takes up those made."""
+        tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns, known.get(e)) for e in evidence]
+        known.update(zip(evidence, tables, strict=True))
         ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
         agree = AGREE if len(evidence) > FEW else AGREE_FEW
@@ -121,31 +128,33 @@ class Solver:
 
     def _favours(self, evidence: list[Evidence], problem: Problem, best: Decision) -> list[Float]:
         """For each vector between neighbouring rods, nats for what lies that far from the best."""
+        nowhere = np.full((1, 3), np.nan)
+        poses = np.concatenate([part for e in evidence for part in (e.places.poses, nowhere)])
+        off = poses - poses[best.choice][problem.owner]  # no number where either is no place
+        at = np.flatnonzero(np.abs(wrap_angle(off[:, 2])) < BESIDE)
         out = []
         for step in self._setting.layout.steps:
             beside = np.zeros(len(problem.log_prior))
-            for e, start, choice in zip(evidence, problem.start, best.choice, strict=False):
-                if choice - start < len(e.places):
-                    d = e.places.poses - e.places.poses[choice - start]
-                    near = np.hypot(*(d[:, :2] - step).T) < BESIDE * self._pitch
-                    beside[start : start + len(e.places)] = near & (np.abs(wrap_angle(d[:, 2])) < BESIDE)
+            beside[at] = np.hypot(*(off[at, :2] - step).T) < BESIDE * self._pitch
             out += [nats * beside for nats in (FAVOURS if len(evidence) <= FEW else FAVOURS[1:2])]
         return out
 
-    def _look_further(self, evidence: list[Evidence], joint: Joint, noise: NoiseModel) -> tuple[list[Evidence], bool]:
+    def _look_further(
+        self, evidence: list[Evidence], joint: Joint, noise: NoiseModel, spread: Spread
+    ) -> tuple[list[Evidence], bool]:
         """Snapshots that found no convincing place are looked for in the whole pond, against the rods as decided."""
-        state = joint.decision.states
-        out, widened = [], False
-        for i, e in enumerate(evidence):
-            if not e.far.any() and self._lost(e, i, joint, noise):
-                e = self._widened(e, joint, noise, state)
-                widened = widened or bool(e.far.any())
-            out.append(e)
-        return out, widened
+        edges = [slice(a, b) for a, b in pairwise(joint.problem.first_edges.tolist())]
+        lost = [i for i, e in enumerate(evidence) if not e.far.any() and self._lost(e, i, joint, noise, edges[i])]
+        out, state = list(evidence), joint.decision.states
+        shared = [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
+        wider = spread(lambda i: self._widened(evidence[i], joint, noise, state), lost, shared, large=True)
+        for i, e in zip(lost, wider, strict=True):
+            out[i] = e
+        return out, any(e.far.any() for e in wider)
 
-    def _lost(self, e: Evidence, i: int, joint: Joint, noise: NoiseModel) -> bool:
+    def _lost(self, e: Evidence, i: int, joint: Joint, noise: NoiseModel, edges: slice) -> bool:
         """Whether a place is none, doubtful where poses are often grossly wrong, far from the noisy pose, or
-        contradicted by what others say of its rods."""
+        contradicted by what others say of its rods. edges: the snapshot's."""
         choice, problem = int(joint.decision.choice[i]), joint.problem
         at = choice - int(problem.start[i])
         if at >= len(e.places) or (noise.gross > OFTEN and joint.trust[i] < CONVINCING):
@@ -153,9 +162,9 @@ class Solver:
         nearest = float(problem.log_prior[problem.start[i] : problem.start[i + 1] - 1].max())
         if problem.log_prior[choice] - e.places.geometry[at] < min(FAR_NATS, nearest):
             return True
-        edges = problem.edge_hypothesis == choice
-        own = problem.look[problem.edge_look[edges]]
-        others = joint.decision.states[problem.edge_rod[edges]] / np.maximum(own, 1e-12)
+        of_choice = edges.start + np.flatnonzero(problem.edge_hypothesis[edges] == choice)
+        own = problem.look[problem.edge_look[of_choice]]
+        others = joint.decision.states[problem.edge_rod[of_choice]] / np.maximum(own, 1e-12)
         gains = -np.log(np.maximum(others.sum(axis=1), 1e-30))
         return float(np.minimum(gains, 0).sum() + e.places.geometry[at]) < LOST_NATS
 

@@ -158,7 +158,8 @@ class LatticeCorrector:
 
     def _deliberate(self, held: list[Evidence], live: bool) -> Deliberation:
         before = self._profile if live else None
-        joint, evidence = self._solver.solve(held, self._joint if live else None, live)
+        spread = one_by_one if live else self._spread  # live, the other cores have work of their own
+        joint, evidence = self._solver.solve(held, self._joint if live else None, live, spread)
         kinds = self._placing.kinds(joint.vocabulary, joint.decision.states)
         chosen = [joint.chosen(e, i) for i, e in enumerate(evidence)]
         profile, taught = before, self._taught
@@ -175,7 +176,6 @@ class LatticeCorrector:
             at = int(joint.decision.choice[i] - joint.problem.start[i])
             return self._with_others(placed, joint.belief(i), at)
 
-        spread = one_by_one if live else self._spread  # live, the other cores have work of their own
         placed = tuple(spread(place, range(len(evidence)), _all_of(evidence)))
         residuals = [p.residual for p in placed if np.isfinite(p.residual)]
         typical = float(np.median(residuals)) if residuals else np.inf

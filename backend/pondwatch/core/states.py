@@ -53,29 +53,43 @@ def sector_templates() -> Float:
     return templates(2 * np.pi * np.arange(SECTORS) / SECTORS)
 
 
-def log_likelihood(share: Float, valid: Bool, theta_rad: Float, sigma: float = CODE_SIGMA) -> Float:
+def log_likelihood(
+    share: Float, valid: Bool, theta_rad: Float, sigma: float = CODE_SIGMA, kept: Int | None = None
+) -> Float:
     """How well each state explains what was seen.
 
     Args:
         share: (S, SECTORS), 0 hollow to 1 filled, sectors in the image's orientation.
         valid: (S, SECTORS), which sectors are in view.
         theta_rad: (S,), the heading under which they are taken.
+        kept: (K,), the states asked for; all where None.
 
     Returns:
-        (S, COUNT), nats, up to a term that all states share; at least -SLIP_NATS below a perfect match.
+        (S, COUNT) or (S, K), nats, up to a term that all states share; at least -SLIP_NATS below a perfect match.
     """
-    steps = np.round(theta_rad / (2 * np.pi / (4 * SECTORS))).astype(int) % (4 * SECTORS)
-    fine = _fine_templates()
-    out = np.empty((len(share), COUNT))
+    steps, columns = heading_steps(theta_rad), slice(None) if kept is None else kept
+    out = np.empty((len(share), COUNT if kept is None else len(kept)))
     seen = np.where(valid, np.clip(share, -0.5, 1.5), 0)
-    for step in np.unique(steps):
+    for step in sorted(set(steps.tolist())):
         rows = steps == step
-        w = fine[:, (4 * np.arange(SECTORS) + step) % (4 * SECTORS)]
+        w, w2 = _turned(step)
         v = valid[rows].astype(float)
-        square = (seen[rows] ** 2).sum(axis=1, keepdims=True) - 2 * seen[rows] @ w.T + v @ (w**2).T
-        out[rows] = -INDEPENDENT * square / (2 * sigma**2)
+        square = (seen[rows] ** 2).sum(axis=1, keepdims=True) - (2 * seen[rows] @ w.T)[:, columns]
+        out[rows] = -INDEPENDENT * (square + (v @ w2.T)[:, columns]) / (2 * sigma**2)
     weight = valid.mean(axis=1, keepdims=True)
     return np.asarray(np.logaddexp(out, -SLIP_NATS * np.sqrt(weight)))
+
+
+def heading_steps(theta_rad: Float) -> Int:
+    """The quarter-sector step of each heading; under one step all look alike."""
+    return np.asarray(np.round(theta_rad / (2 * np.pi / (4 * SECTORS))).astype(int) % (4 * SECTORS))
+
+
+@lru_cache(maxsize=4 * SECTORS)
+def _turned(step: int) -> tuple[Float, Float]:
+    """(COUNT, SECTORS): what each state shows in an image of that heading; and its square."""
+    w = _fine_templates()[:, (4 * np.arange(SECTORS) + step) % (4 * SECTORS)]
+    return w, w**2
 
 
 def prior_from(log_like: Float, valid: Bool, most: int = 48, rounds: int = 12) -> tuple[Int, Float]:
