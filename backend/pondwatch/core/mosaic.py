@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import Invalid, InvalidImage
-from .frames import footprint_pond, image_to_raster_affine, pond_to_raster, raster_size_px
+from .frames import image_to_pond, pond_to_raster, raster_size_px
 from .values import Camera, Float, Float32, Image, Pond, Rect, SnapshotKey
 
 MAX_RASTER_PX = 1 << 24
@@ -141,13 +142,13 @@ class Mosaic:
         return out
 
     def _place(self, image: Image, pose: Float, captured_s: float) -> _Placed:
-        corners = pond_to_raster(footprint_pond(pose, self._camera), self._pond, self._scale)
-        width, height = self.size_px
-        low = np.clip(np.ceil(corners.min(axis=0)), 0, (width, height)).astype(int)
-        high = np.clip(np.floor(corners.max(axis=0)) + 1, 0, (width, height)).astype(int)
-        rect = Rect(int(low[0]), int(low[1]), max(0, int(high[0] - low[0])), max(0, int(high[1] - low[1])))
-        to_raster = image_to_raster_affine(pose, self._camera, self._pond, self._scale)
-        to_raster[:, 2] -= (rect.x, rect.y)
+        points = image_to_pond(_marks_px(self._camera), pose, self._camera)
+        points = pond_to_raster(points, self._pond, self._scale)
+        origin, right, down = points[4:]
+        spans = zip(points[:4].min(axis=0).tolist(), points[:4].max(axis=0).tolist(), self.size_px, strict=True)
+        (x, width), (y, height) = (_within(low, high, size) for low, high, size in spans)
+        rect = Rect(x, y, width, height)
+        to_raster = np.column_stack([right - origin, down - origin, origin - (x, y)])
         back = np.linalg.inv(to_raster[:, :2])
         return _Placed(image, pose, captured_s, rect, np.column_stack([back, -back @ to_raster[:, 2]]))
 
@@ -168,8 +169,7 @@ class Mosaic:
         size, flags = (placed.rect.width, placed.rect.height), cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         image = _prefiltered(placed.image, self._camera.metres_per_pixel / self._scale)
         warped = cv2.warpAffine(image, placed.raster_to_image, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
-        colour = cv2.multiply(warped, cv2.merge([weight] * 3), dtype=cv2.CV_16U)
-        return np.asarray(colour, np.uint16), weight
+        return np.multiply(warped, cv2.merge([weight] * 3), dtype=np.uint16), weight
 
     def _weights(self, placed: _Placed, rect: Rect) -> NDArray[np.uint8]:
         """(h, w): the snapshot's weight at the pixels of a rectangle; 0 outside its footprint, else 1 to 255."""
@@ -178,13 +178,18 @@ class Mosaic:
         camera, margin = self._camera, _MARGIN * min(self._camera.width_px, self._camera.height_px)
         inside: Float32 | None = None  # how deep a pixel lies in the footprint, in margins
         for (a, b, c), size in zip(placed.raster_to_image, (camera.width_px, camera.height_px), strict=True):
-            across = (a * x + (c - (size - 1) / 2)).astype(np.float32) + (b * y).astype(np.float32)
-            depth = (np.float32(size / 2) - np.abs(across)) * np.float32(1 / margin)
+            depth = (a * x + (c - (size - 1) / 2)).astype(np.float32) + (b * y).astype(np.float32)
+            np.subtract(np.float32(size / 2), np.abs(depth, out=depth), out=depth)
+            depth *= np.float32(1 / margin)
             inside = depth if inside is None else np.minimum(inside, depth, out=inside)
         assert inside is not None
-        t = np.clip(inside, 0, 1)
-        smooth = t * t * (3 - 2 * t)
-        return (smooth * 254 + (inside > 0)).astype(np.uint8)
+        seen = inside > 0
+        t = np.clip(inside, 0, 1, out=inside)
+        smooth = t * t
+        smooth *= np.subtract(3, np.multiply(t, 2, out=t), out=t)
+        smooth *= 254
+        smooth += seen
+        return smooth.astype(np.uint8)
 
     def _part(self, rect: Rect | None) -> tuple[slice, slice]:
         return _slices(rect or Rect(0, 0, *self.size_px))
@@ -200,6 +205,19 @@ def merged(rects: list[Rect]) -> list[Rect]:
     height = max(a.y + a.height, b.y + b.height) - y
     worth = width * height <= 1.3 * (a.width * a.height + b.width * b.height)
     return [Rect(x, y, width, height)] if worth else rects
+
+
+@lru_cache(maxsize=8)
+def _marks_px(camera: Camera) -> Float:
+    """(7, 2), px: the corners of the footprint, then the first pixel and those right of and below it."""
+    w, h = camera.width_px - 0.5, camera.height_px - 0.5
+    return np.array([[-0.5, -0.5], [w, -0.5], [w, h], [-0.5, h], [0, 0], [1, 0], [0, 1]])
+
+
+def _within(low: float, high: float, size: int) -> tuple[int, int]:
+    """The whole numbers from low to high that are at least 0 and less than size: the first, and how many."""
+    first = math.ceil(min(max(low, 0), size))
+    return first, max(0, math.floor(min(max(high, -1), size - 1)) + 1 - first)
 
 
 def _slices(rect: Rect) -> tuple[slice, slice]:
