@@ -67,7 +67,10 @@ class Bundle:
 
     def snapshot(self, row: Row) -> Snapshot | Invalid:
         """A row's snapshot; or what is wrong with it, where it is to be rejected alone."""
-        content = self.content(row)
+        return self.decoded(row, self.content(row))
+
+    def decoded(self, row: Row, content: bytes) -> Snapshot | Invalid:
+        """The same from the bytes of its picture; asks nothing of the bundle's files."""
         if not all(map(math.isfinite, row.pose)):
             return InvalidPose(f"poses.csv, row {row.row}: the pose has a value that is not finite.")
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from pondwatch.core.consensus import Look
@@ -17,7 +17,7 @@ from pondwatch.jobs.findingviews import document, findings_csv
 from pondwatch.jobs.papernets import make_corrector
 from pondwatch.jobs.spreading import beside, spread_few, spread_out
 
-from .bundle import Bundle
+from .bundle import Bundle, Row
 
 _BATCH = 256  # snapshots handed to the corrector together
 
@@ -51,17 +51,13 @@ def correct_bundle(
     rows = sorted(bundle.rows, key=lambda row: row.key)
     taken: dict[SnapshotKey, Snapshot] = {}
     faults: list[str] = []
-    batch: list[Snapshot] = []
-    for done, (_, snapshot) in enumerate(bundle.snapshots(rows), start=1):
-        if isinstance(snapshot, Invalid):
-            faults.append(snapshot.message)
-        else:
-            taken[snapshot.key] = snapshot
-            batch.append(snapshot)
-        if len(batch) == _BATCH or done == len(rows):
-            hold(corrector, batch)
-            batch = []
-        progress("Correcting", done, len(rows))
+    for first in range(0, len(rows), _BATCH):
+        read = _read(bundle, rows[first : first + _BATCH])
+        batch = [snapshot for snapshot in read if isinstance(snapshot, Snapshot)]
+        faults += [fault.message for fault in read if isinstance(fault, Invalid)]
+        taken.update((snapshot.key, snapshot) for snapshot in batch)
+        hold(corrector, batch)
+        progress("Correcting", first + len(read), len(rows))
     corrector.settle()
     poses = corrector.poses()
     looks, rods = sure_looks(taken, poses), corrector.rods()
@@ -72,6 +68,13 @@ def correct_bundle(
     quality, image = corrector.quality(), mosaic.bgra()
     progress("Looking over the floor", len(taken), len(taken))
     return CorrectedBundle(in_order, rods, image, mosaic.metres_per_pixel, quality, tuple(faults), look_over())
+
+
+def _read(bundle: Bundle, rows: Sequence[Row]) -> list[Snapshot | Invalid]:
+    """The snapshots of some rows: their bytes are read here, since an open file is for one process, and decoded on all
+    cores."""
+    contents = [(row, bundle.content(row)) for row in rows]
+    return spread_out(lambda content: bundle.decoded(*content), contents, [row.key for row in rows])
 
 
 def sure_looks(taken: Mapping[SnapshotKey, Snapshot], poses: Mapping[SnapshotKey, CorrectedPose]) -> list[Look]:
