@@ -9,6 +9,7 @@ import pytest
 
 from pondwatch.core.factorgraph import Problem, Tie
 from pondwatch.core.inference import decide, nudged
+from pondwatch.core.ports import one_by_one
 
 EVEN = np.array([0.5, 0.5])
 SAYS = {"empty": [1.8, 0.2], "full": [0.2, 1.8], "nothing": [1.0, 1.0]}
@@ -149,6 +150,18 @@ def test_the_same_seed_gives_the_same_decision():
 
     assert [d.score for d in first] == [d.score for d in second]
     np.testing.assert_array_equal(first[0].belief, second[0].belief)
+
+
+@pytest.mark.parametrize("restarts", [1, 2, 24])
+def test_runs_made_apart_find_what_they_find_at_once_on_one_core(restarts):
+    problem = _field(2, side=7, snapshots=20)[0]
+
+    at_once, apart = decide(problem, restarts=restarts), decide(problem, restarts=restarts, spread=one_by_one)
+
+    assert [d.score for d in apart] == [d.score for d in at_once]
+    for one, other in zip(apart, at_once, strict=True):
+        np.testing.assert_array_equal(one.choice, other.choice)
+        np.testing.assert_array_equal(one.belief, other.belief)
 
 
 def _score(problem, choice):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pondwatch.core.ports import both
 from pondwatch.jobs import spreading
 from pondwatch.jobs.spreading import LEAST, beside, spread_few, spread_out
 
@@ -85,6 +86,13 @@ def test_work_begun_beside_gives_its_result_when_asked(cores):
     made = beside(lambda: (os.getpid() != SELF, "made"))
 
     assert made() == (cores > 1, "made")
+
+
+def test_two_pieces_of_work_beside_each_other_give_each_its_own_result(cores):
+    first, second = both(spread_out, lambda: ("first", _who(0.5)), lambda: [_who(0.5)])
+
+    assert first[0] == "first"
+    assert len({first[1], *second}) == min(cores, 2)
 
 
 def test_no_child_and_no_pipe_is_left(cores):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -15,6 +16,8 @@ from .factorgraph import Decision, Problem, Tie
 from .frames import wrap_angle
 from .mouths import log_odds_hollow, look_into
 from .noise import NoiseModel
+from .observe import RingBand
+from .ports import Spread, both, one_by_one
 from .values import Bool, Float, Int
 
 NONE_NATS = -9.0  # log prior of lying at no place that was proposed, at least
@@ -33,13 +36,13 @@ class Vocabulary:
     prior: Float
 
     @classmethod
-    def learn(cls, evidence: Sequence[Evidence], setting: Setting) -> Vocabulary:
+    def learn(cls, evidence: Sequence[Evidence], setting: Setting, spread: Spread = one_by_one) -> Vocabulary:
         """From all looks at rods found and wholly in view, each under its snapshot's first heading."""
         seen = [(e, _on_rods(e)) for e in evidence if len(e.places)]
         ratio = [e.codes.ratio[whole] for e, whole in seen]
         flat = np.concatenate(ratio).reshape(-1, 3) if ratio else np.zeros((0, 3))
-        palette = learn_palette(flat)
-        palette = palette.judged(_mouths_nats(evidence, palette, setting))
+        palette, mouths = both(spread, lambda: learn_palette(flat), lambda: _mouths(evidence, setting))
+        palette = palette.judged(_mouths_nats(mouths, palette, setting.band))
         like = [np.zeros((0, states.COUNT))]
         for e, whole in seen:
             theta = np.full(int(whole.sum()), e.places.poses[0, 2])
@@ -68,16 +71,23 @@ def _on_rods(e: Evidence) -> Bool:
     return np.asarray(e.codes.valid.all(axis=1) & (apart.min(axis=1, initial=np.inf) < SITE_REACH_PX))
 
 
-def _mouths_nats(evidence: Sequence[Evidence], palette: Palette, setting: Setting) -> float:
-    """Log odds that rods read as hollow are so and filled ones filled, by whether mouths show the ring's material."""
+def _mouths(evidence: Sequence[Evidence], setting: Setting) -> list[tuple[Float, Float]]:
+    """Of some snapshots, what their rods show along the radius, and their sectors."""
     band = setting.band
     few = np.unique(np.linspace(0, len(evidence) - 1, min(len(evidence), JUDGES)).round().astype(int))
-    kinds: tuple[list[Float], list[Float]] = ([], [])
+    out = []
     for e in (evidence[i] for i in few):
         mouth = look_into(e.snapshot.image, e.found, band)
-        ratio = read_codes(e.snapshot.image, mouth.centres_px, band.inner_px, band.outer_px, setting.camera).ratio
-        share = palette.share(ratio)
-        for along, sectors in zip(mouth.along, share, strict=True):
+        codes = read_codes(e.snapshot.image, mouth.centres_px, band.inner_px, band.outer_px, setting.camera)
+        out.append((mouth.along, codes.ratio))
+    return out
+
+
+def _mouths_nats(mouths: Sequence[tuple[Float, Float]], palette: Palette, band: RingBand) -> float:
+    """Log odds that rods read as hollow are so and filled ones filled, by whether mouths show the ring's material."""
+    kinds: tuple[list[Float], list[Float]] = ([], [])
+    for mouth, ratio in mouths:
+        for along, sectors in zip(mouth, palette.share(ratio), strict=True):
             kind = round(float(np.median(sectors)))
             if kind in (0, 1) and np.abs(sectors - kind).max() < EVEN:
                 kinds[kind].append(along)
@@ -155,6 +165,7 @@ def _none_nats(e: Evidence, noise: NoiseModel) -> float:
     return float(max(NONE_NATS, np.log(noise.gross) + e.places.geometry.max()))
 
 
+@lru_cache(maxsize=8)
 def _areas(setting: Setting) -> tuple[float, float]:
     """(pond, cell), square metres: the hull of the layout, and one rod's share of it."""
     size = np.ptp(setting.layout.centres, axis=0) + setting.layout.pitch

@@ -18,6 +18,7 @@ import numpy as np
 
 from .assignment import improved
 from .factorgraph import Decision, Graph, Problem
+from .ports import Spread, one_by_one
 from .propagation import propagate
 from .values import Float
 
@@ -27,23 +28,39 @@ SAME_NATS = 0.05  # scores that differ by less are one
 TOGETHER = 400_000  # numbers that the messages of runs done at once are, at most: they stay near the processor
 
 
-def decide(problem: Problem, seed: int = 0, restarts: int = 24, agree: int = 3, iterations: int = 60) -> list[Decision]:
+def decide(
+    problem: Problem,
+    seed: int = 0,
+    restarts: int = 24,
+    agree: int = 3,
+    iterations: int = 60,
+    spread: Spread | None = None,
+) -> list[Decision]:
     """Search for the best assignment.
 
     Args:
         restarts: so many runs at most; the first starts from even messages without a ramp.
         agree: stop once the best score was reached by so many runs.
+        spread: where given, the runs that are needed whatever the others find are made one by one, beside each other,
+            and not several at once on one core, which takes less time in all.
 
     Returns:
         The assignments found, best first, some of them more than once.
     """
     graph, size = Graph(problem), len(problem.log_prior)
-    found = _runs(graph, np.zeros((size, 1)), np.zeros((size, 1)), iterations, 1)
+
+    def made(runs: range) -> list[Decision]:
+        if runs.start == 0:
+            return _runs(graph, np.zeros((size, 1)), np.zeros((size, 1)), iterations, 1)
+        rngs = [np.random.default_rng([seed, run]) for run in runs]
+        jitter = JITTER_NATS * np.stack([rng.gumbel(size=size) for rng in rngs], axis=1)
+        return _runs(graph, np.zeros_like(jitter), jitter, iterations, RAMP)
+
+    needed = [range(run, run + 1) for run in range(1 if spread is None else min(restarts, agree))]
+    found = [d for runs in (spread or one_by_one)(made, needed, (), large=True) for d in runs]
     while len(found) < restarts and _agreeing(found) < agree:
         lacking = min(restarts - len(found), agree - _agreeing(found), _together(graph))
-        rngs = [np.random.default_rng([seed, run]) for run in range(len(found), len(found) + lacking)]
-        jitter = JITTER_NATS * np.stack([rng.gumbel(size=size) for rng in rngs], axis=1)
-        found += _runs(graph, np.zeros_like(jitter), jitter, iterations, RAMP)
+        found += made(range(len(found), len(found) + lacking))
     return sorted(found, key=lambda d: -d.score)
 
 

@@ -81,8 +81,9 @@ class Solver:
         first, second = dec.chains(evidence)
         restarts = int(np.clip(LIVE_WORK / len(evidence), 3, FULL_RESTARTS)) if live else FULL_RESTARTS
         thorough = before is not None
-        words, known = dec.Vocabulary.learn(evidence, self._setting), dict[Evidence, dec.Table]()
-        joint = self._decide(evidence, words, noise, restarts if thorough else 2, first, second, known)
+        words, known = dec.Vocabulary.learn(evidence, self._setting, spread), dict[Evidence, dec.Table]()
+        apart = None if live else spread
+        joint = self._decide(evidence, words, noise, restarts if thorough else 2, first, second, known, apart)
         for _ in range(1 if live and thorough else NOISE_ROUNDS):
             errors = np.array(
                 [e.snapshot.pose_pond - p for e, p in zip(evidence, self._all(evidence, joint), strict=True)]
@@ -93,7 +94,7 @@ class Solver:
             if settled and thorough:
                 break
             noise, thorough = learned, True  # what was found by two runs is never the last word
-            joint = self._decide(evidence, words, noise, restarts, first, second, known)
+            joint = self._decide(evidence, words, noise, restarts, first, second, known, apart)
             if settled:
                 break
         return joint, evidence
@@ -112,14 +113,20 @@ class Solver:
         first: Int,
         second: Int,
         known: dict[Evidence, dec.Table],
+        spread: Spread | None,
     ) -> Joint:
         """known: tables of before, under another noise; takes up those made."""
-        tables = [dec.tabulate(e, vocabulary, noise, self._setting, self._turns, known.get(e)) for e in evidence]
+        make = one_by_one if known or spread is None else spread
+
+        def table(e: Evidence) -> dec.Table:
+            return dec.tabulate(e, vocabulary, noise, self._setting, self._turns, known.get(e))
+
+        tables = make(table, evidence, ())
         known.update(zip(evidence, tables, strict=True))
         ties = dec.tie_errors(evidence, noise, self._setting, first, second)
         problem = dec.assemble(tables, vocabulary, len(self._setting.layout.ids), ties)
         agree = AGREE if len(evidence) > FEW else AGREE_FEW
-        decisions = decide(problem, self._seed, restarts, agree)
+        decisions = decide(problem, self._seed, restarts, agree, spread=spread)
         best, rivals = recombined(problem, decisions)
         if _looks_a_rod(problem, best) < THIN:
             aside = nudged(problem, self._favours(evidence, problem, best))

@@ -165,7 +165,7 @@ class LatticeCorrector:
         profile, taught = before, self._taught
         if before is None or taught < ENOUGH_TAUGHT:
             profile = self._placing.teaching.learn(
-                evidence, chosen, joint.trust, kinds, before.axis if before else None
+                evidence, chosen, joint.trust, kinds, before.axis if before else None, spread
             )
             taught = len(evidence)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 from .rodsight import RodsSeen
 from .values import Image
@@ -61,3 +61,13 @@ class Spread(Protocol):
 def one_by_one(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = False) -> list[R]:
     """On this core alone."""
     return [work(thing) for thing in things]
+
+
+def both(spread: Spread, first: Callable[[], T], second: Callable[[], R]) -> tuple[T, R]:
+    """Two pieces of work that do not know of one another."""
+
+    def half(which: int) -> tuple[T | None, R | None]:
+        return (first(), None) if which == 0 else (None, second())
+
+    (a, _), (_, b) = spread(half, (0, 1), (), large=True)
+    return cast(T, a), cast(R, b)

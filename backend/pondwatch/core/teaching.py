@@ -11,7 +11,8 @@ import numpy as np
 from .appearance import Patches, Profile, contrast_axis, cut, learn_profile
 from .evidence import Evidence, Setting
 from .frames import centre_px, pond_to_image
-from .refine import fit
+from .ports import Spread, one_by_one
+from .refine import Fit, fit
 from .values import Float, Int
 
 T = TypeVar("T")
@@ -30,7 +31,13 @@ class Teaching:
         )
 
     def learn(
-        self, evidence: Sequence[Evidence], poses: Sequence[Float | None], trust: Float, kinds: Int, axis: Float | None
+        self,
+        evidence: Sequence[Evidence],
+        poses: Sequence[Float | None],
+        trust: Float,
+        kinds: Int,
+        axis: Float | None,
+        spread: Spread = one_by_one,
     ) -> Profile | None:
         """The radial profile, from the snapshots that are surest, spread evenly.
 
@@ -43,15 +50,22 @@ class Teaching:
         if not sure:
             return None
         if axis is None:
-            few = _spread_evenly(sure, poses, JUDGES)
-            hue = contrast_axis([self._rings(evidence[i], few[i]) for i in few])
-            candidates = (np.full(3, 1 / np.sqrt(3)), hue)
-            axis = min(candidates, key=lambda weights: self._teach(evidence, few, kinds, weights)[2])
-        profile, poses_by_it, _ = self._teach(evidence, _spread_evenly(sure, poses, TEACHERS), kinds, axis)
+            axis = self._best_axis(evidence, _spread_evenly(sure, poses, JUDGES), kinds, spread)
+        profile, poses_by_it, _ = self._teach(evidence, _spread_evenly(sure, poses, TEACHERS), kinds, axis, spread)
         return self._learned(self._around(evidence, poses_by_it, kinds, axis), axis, profile)
 
+    def _best_axis(self, evidence: Sequence[Evidence], few: dict[int, Float], kinds: Int, spread: Spread) -> Float:
+        def judged(by_contrast: bool) -> tuple[float, Float]:
+            axis = np.full(3, 1 / np.sqrt(3))
+            if by_contrast:
+                axis = contrast_axis([self._rings(evidence[i], few[i]) for i in few])
+            return self._teach(evidence, few, kinds, axis, one_by_one)[2], axis
+
+        contrast, brightness = spread(judged, (True, False), (), large=True)
+        return min(brightness, contrast, key=lambda j: j[0])[1]
+
     def _teach(
-        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float
+        self, evidence: Sequence[Evidence], first: dict[int, Float], kinds: Int, axis: Float, spread: Spread
     ) -> tuple[Profile, dict[int, Float], float]:
         """The profile through some channel weights, the poses by it, and how uncertain they are (median variance,
         px²)."""
@@ -61,8 +75,7 @@ class Teaching:
             around = self._around(evidence, taught, kinds, axis)
             profile = self._learned(around, axis, profile)
             uncertainty = []
-            for i, (patches, centres) in around.items():
-                result = fit(patches, centres, about, profile, 2)
+            for i, result in zip(around, _fits(list(around.values()), about, profile, spread), strict=True):
                 taught[i] = self.moved(taught[i], result.shift)
                 covariance = result.variance * max(1.0, result.disagreement) * np.linalg.inv(result.normal)
                 uncertainty.append(float(covariance[0, 0] + covariance[1, 1]))
@@ -108,6 +121,10 @@ class Teaching:
         a, b = -shift[0] * m, shift[1] * m
         c, s = np.cos(theta), np.sin(theta)
         return np.array([pose[0] + c * a - s * b, pose[1] + s * a + c * b, theta])
+
+
+def _fits(around: Sequence[tuple[Patches, Float]], about_px: Float, profile: Profile, spread: Spread) -> list[Fit]:
+    return spread(lambda part: fit(*part, about_px, profile, 2), around, ())
 
 
 def _spread_evenly(index: Sequence[int], poses: Sequence[Float | None], most: int) -> dict[int, Float]:
