@@ -7,9 +7,11 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
+from pondwatch.jobs import lanes
 from pondwatch.jobs.lanes import ProcessLane, TaskFailed, WorkerLost, lane_of
 
 
@@ -42,6 +44,21 @@ def test_a_worker_that_died_is_replaced(lane: ProcessLane) -> None:
 
     assert lane.call("forget", "s1") is None
     assert lane.worker != first
+
+
+def test_a_lane_that_found_no_room_for_a_new_worker_tries_again(lane: ProcessLane, monkeypatch: Any) -> None:
+    def refuse() -> None:
+        raise OSError("no room for a process")
+
+    os.kill(lane.worker, signal.SIGKILL)
+    with monkeypatch.context() as patched:
+        patched.setattr(lanes, "context", refuse)
+        with pytest.raises(OSError, match="no room"):
+            call_often(lane)
+
+    with pytest.raises(WorkerLost):
+        lane.call("forget", "s1")
+    assert lane.call("forget", "s1") is None
 
 
 @pytest.mark.parametrize("said", [b"", b"more than a pipe holds" * 100_000])

@@ -50,11 +50,12 @@ class ProcessLane:
         self._open()
 
     def _open(self) -> None:
-        self._pipe, its_end = context().Pipe()
-        _bound(self._pipe, self._timeout_s)
-        self._process = context().Process(target=_work, args=(its_end,), name="worker", daemon=True)
-        self._process.start()
-        its_end.close()
+        pipe, its_end = context().Pipe()
+        with its_end:
+            process = context().Process(target=_work, args=(its_end,), name="worker", daemon=True)
+            process.start()
+        _bound(pipe, self._timeout_s)
+        self._pipe, self._process = pipe, process
 
     @property
     def worker(self) -> int:
