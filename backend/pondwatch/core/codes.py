@@ -208,20 +208,26 @@ def _lower_is_hollow(ratio: Float, axis: Float, low: float, high: float) -> bool
 
 def _two_means(x: Float) -> tuple[float, float, float, bool, float]:
     """Two cluster centres on a line, their pooled spread, whether there really are two, and the upper one's share."""
+    x, cut = np.sort(x), 0  # what is above `cut` is the upper cluster
     low, high = (float(v) for v in np.percentile(x, [0.3, 99.7]))
     for _ in range(12):
-        upper = x > (low + high) / 2
-        if upper.all() or not upper.any():
+        cut = int(np.searchsorted(x, (low + high) / 2, side="right"))
+        if cut in (0, len(x)):
             return low, high, 0.0, False, 0.0
-        before, (low, high) = (low, high), (float(np.median(x[~upper])), float(np.median(x[upper])))
+        before, (low, high) = (low, high), (_middle(x[:cut]), _middle(x[cut:]))
         if (low, high) == before:
             break
-    deviation = np.abs(x - np.where(upper, high, low))
-    spread = 1.4826 * float(np.median(deviation))
-    few = min(int(upper.sum()), int((~upper).sum())) < SECTORS // 4
+    spread = 1.4826 * _middle(np.sort(np.abs(x - np.repeat([low, high], [cut, len(x) - cut]))))
+    few = min(cut, len(x) - cut) < SECTORS // 4
     enough = DIPPED_SEPARATION if _dipped(x, low, high) else LEAST_SEPARATION
     two = high - low > max(LEAST_STEP, enough * spread) and not few
-    return low, high, spread, two, float(upper.mean())
+    return low, high, spread, two, (len(x) - cut) / len(x)
+
+
+def _middle(ordered: Float) -> float:
+    """The median of values in order."""
+    half = len(ordered) // 2
+    return float(ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
 
 def _dipped(x: Float, low: float, high: float) -> bool:

@@ -87,8 +87,9 @@ def _mouths_nats(mouths: Sequence[tuple[Float, Float]], palette: Palette, band: 
     """Log odds that rods read as hollow are so and filled ones filled, by whether mouths show the ring's material."""
     kinds: tuple[list[Float], list[Float]] = ([], [])
     for mouth, ratio in mouths:
-        for along, sectors in zip(mouth, palette.share(ratio), strict=True):
-            kind = round(float(np.median(sectors)))
+        share = palette.share(ratio)
+        for along, sectors, level in zip(mouth, share, np.median(share, axis=1), strict=True):
+            kind = round(float(level))
             if kind in (0, 1) and np.abs(sectors - kind).max() < EVEN:
                 kinds[kind].append(along)
     hollow, filled = (log_odds_hollow(k, band.inner_px, band.outer_px) for k in kinds)

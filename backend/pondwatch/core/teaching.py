@@ -105,11 +105,11 @@ class Teaching:
 
     def _rings(self, e: Evidence, pose: Float) -> tuple[Float, Float]:
         """The pixels of all rods in view, each rod's mean taken out, and their radii, for `contrast_axis`."""
-        parts = []
-        for channel in np.eye(3):
-            p, centres = self.cut(e, pose, np.zeros(len(self._setting.layout.ids), np.int64), channel)
-            mean = p.of_rods(p.value) / np.maximum(np.bincount(p.rod, minlength=len(p.kind)), 1)
-            parts.append(p.value - mean[p.rod])
+        p, centres = self.cut(e, pose, np.zeros(len(self._setting.layout.ids), np.int64), np.eye(3)[0])
+        parts, counts = [], np.maximum(np.bincount(p.rod, minlength=len(p.kind)), 1)
+        for channel in e.snapshot.image[p.v.astype(np.intp), p.u.astype(np.intp)].T.astype(np.float32, order="C"):
+            value = channel - np.float32(channel.mean() if len(channel) else 0)
+            parts.append(value - (p.of_rods(value) / counts)[p.rod])
         r = p.off(centres)[2]
         outer = r > 1.15 * self._setting.band.inner_px
         return np.stack(parts, axis=1)[outer], r[outer].astype(np.float64)
