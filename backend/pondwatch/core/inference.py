@@ -41,8 +41,8 @@ def decide(
     Args:
         restarts: so many runs at most; the first starts from even messages without a ramp.
         agree: stop once the best score was reached by so many runs.
-        spread: where given, the runs that are needed whatever the others find are made one by one, beside each other,
-            and not several at once on one core, which takes less time in all.
+        spread: where given, the runs that are needed whatever the others find are made beside each other, without ties
+            one by one and not several at once on one core, which takes less time in all.
 
     Returns:
         The assignments found, best first, some of them more than once.
@@ -56,7 +56,9 @@ def decide(
         jitter = JITTER_NATS * np.stack([rng.gumbel(size=size) for rng in rngs], axis=1)
         return _runs(graph, np.zeros_like(jitter), jitter, iterations, RAMP)
 
-    needed = [range(run, run + 1) for run in range(1 if spread is None else min(restarts, agree))]
+    sure = 1 if spread is None else min(restarts, agree)
+    step = _together(graph) if problem.ties else 1  # along ties most of the work is one for all runs
+    needed = [range(1), *(range(run, min(run + step, sure)) for run in range(1, sure, step))]
     found = [d for runs in (spread or one_by_one)(made, needed, (), large=True) for d in runs]
     while len(found) < restarts and _agreeing(found) < agree:
         lacking = min(restarts - len(found), agree - _agreeing(found), _together(graph))
