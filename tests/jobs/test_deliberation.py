@@ -27,11 +27,14 @@ WAIT_S = 30
 
 @dataclass
 class Mind:
-    """How joint decisions go. begun: of how many snapshots each was. open: they may end. fails: they raise."""
+    """How joint decisions go. begun: of how many snapshots each was. open: they may end. fails: they raise. follow: how
+    often it takes to catch up with one; caught: how many snapshots each time may decide again."""
 
     begun: list[int] = field(default_factory=list)
     open: threading.Event = field(default_factory=threading.Event)
     fails: bool = False
+    follow: int = 0
+    caught: list[int] = field(default_factory=list)
 
 
 class Ponderer(IdentityCorrector):
@@ -39,7 +42,7 @@ class Ponderer(IdentityCorrector):
 
     def __init__(self, inspection: Inspection, mind: Mind) -> None:
         super().__init__(inspection)
-        self._mind, self._decided, self._is_read = mind, 0, False
+        self._mind, self._decided, self._is_read, self._left = mind, 0, False, 0
 
     def beside(self) -> None:
         """Decisions are made beside in any case."""
@@ -59,8 +62,18 @@ class Ponderer(IdentityCorrector):
         return []
 
     def adopt(self, deliberation: Sequence[SnapshotKey], /) -> Correction:
-        self._decided, self._is_read = len(deliberation), True
+        self._decided, self._left, self._is_read = len(deliberation), self._mind.follow, not self._mind.follow
         return Correction(self._moved(deliberation, DECIDED_M), self.rods(), self.quality())
+
+    @property
+    def behind(self) -> bool:
+        return self._left > 0
+
+    def catch_up(self, most: int) -> Correction:
+        self._left, self._is_read = self._left - 1, self._left == 1
+        self._mind.caught.append(most)
+        later = list(self._poses)[self._decided :][: 0 if self.behind else None]
+        return Correction(self._moved(later, DECIDED_M), self.rods(), self.quality())
 
     def settle(self) -> Correction:
         return Correction(self._moved(list(self._poses), SETTLED_M), self.rods(), self.quality())
@@ -147,6 +160,30 @@ def test_what_was_decided_is_a_later_revision_without_a_further_upload(house: Ho
     assert house.heard.steps[-1].covered == 0
     assert len(house.heard.steps[-1].patches) > 0
     assert shifts(house) == [DECIDED_M] * DUE + [0.0]  # what came meanwhile was not in it
+    assert states(house) == {"R0": "full"}
+
+
+def test_what_came_meanwhile_follows_a_little_at_a_time_and_less_beside_new_snapshots(house: House, mind: Mind) -> None:
+    mind.follow = 3
+    house.send(*(Shot(i) for i in range(DUE)))
+    house.drain()
+    house.send(Shot(3))
+    house.drain()
+    mind.open.set()
+
+    def is_taken_over() -> bool:
+        if house.found().revision < 3:
+            house.steps.take(house.lane, house.session)
+        return house.found().revision == 3
+
+    assert eventually(is_taken_over)
+    assert states(house) == {}
+
+    house.send(Shot(4))
+    until_quiet(house)
+
+    assert mind.caught == [held.AGAIN_BESIDE, held.AGAIN_AT_ONCE, held.AGAIN_AT_ONCE]
+    assert shifts(house) == [DECIDED_M] * 5
     assert states(house) == {"R0": "full"}
 
 

@@ -42,6 +42,13 @@ class Mind:
     def adopt(self, deliberation: Any, /) -> Any:
         return deliberation
 
+    @property
+    def behind(self) -> bool:
+        return False
+
+    def catch_up(self, most: int) -> Any:
+        raise AssertionError("there is nothing to catch up with")
+
 
 def decided(mind: Deliberates) -> Any:
     return ForkThought(mind).result()

@@ -58,7 +58,14 @@ class Deliberates(Protocol):
         """Values that a deliberation made now may refer to, none of which ever changes."""
 
     def adopt(self, deliberation: Any, /) -> Correction:
-        """Take the result over; what came since is decided against it."""
+        """Take the result over. What came since, and what rods read as, follow by `catch_up`."""
+
+    @property
+    def behind(self) -> bool:
+        """Whether something still stands as it did before the last deliberation was taken over."""
+
+    def catch_up(self, most: int) -> Correction:
+        """Decide up to so many such snapshots again, and read some rods again."""
 
 
 def hold(corrector: Corrector, snapshots: Sequence[Snapshot]) -> None:

@@ -17,9 +17,9 @@ import numpy as np
 from .appearance import Profile
 from .decision import Table
 from .evidence import Evidence, Setting, gather, lean
-from .frames import wrap_angle
 from .hypotheses import Reach
 from .joint import Joint, Solver, gains
+from .moves import differs, same
 from .noise import NoiseModel
 from .placement import UNFITTED_TRUST, Placed, Placing, doubted, elsewhere
 from .pond import Layout
@@ -36,6 +36,7 @@ AT_ONCE_BESIDE = 6  # the same, where somebody calls `deliberate` beside
 ENOUGH_TAUGHT = 60  # snapshots, from which the profile stays until all is decided from the start
 PLACED_ABOVE = 0.998  # probability
 MISFIT = 2.5  # times the typical residual, above which a place is doubted
+RODS_EACH = 8  # rods that are read again for each snapshot that is decided again
 MOVED_PX = 0.02  # poses that move less than this are not reported again
 
 
@@ -78,6 +79,7 @@ class LatticeCorrector:
         self._profile: Profile | None = None
         self._taught, self._at_once = 0, AT_ONCE
         self._first: int | None = None  # snapshots that are decided together before any other; all where None
+        self._again: list[SnapshotKey] = []  # decided before the last joint decision, still to be held against it
         self._typical = np.inf  # residual, grey levels
 
     def add(self, snapshots: Sequence[Snapshot]) -> Correction:
@@ -116,16 +118,34 @@ class LatticeCorrector:
         return _all_of(list(self._evidence.values()))
 
     def adopt(self, d: Deliberation) -> Correction:
-        """Take over a deliberation; what came since it began is decided against it."""
+        """Take over a deliberation. What came since it began is decided against it, and rods are read anew: at once, or
+        by `catch_up` where somebody calls `deliberate` beside."""
+        return self._adopt(d, at_once=self._first is None)
+
+    def _adopt(self, d: Deliberation, at_once: bool) -> Correction:
         known = {e.snapshot.key for e in d.evidence}
         later = [e for k, e in self._evidence.items() if k not in known]
+        self._again = [e.snapshot.key for e in later if not at_once and e.snapshot.key in self._placed]
+        later = [e for e in later if e.snapshot.key not in self._again]
         self._evidence.update({e.snapshot.key: e for e in d.evidence})
         self._joint, self._decided, self._doubtful = d.joint, len(d.evidence), 0
         self._profile, self._taught, self._kinds, self._typical = d.profile, d.taught, d.kinds.copy(), d.typical
         self._log_state = np.log(np.maximum(d.joint.known(), 1e-30))
         words = d.joint.vocabulary
         self._book.read_by(words.palette, words.full_prior())
-        return self._publish([*d.placed, *(self._decide_one(e, d.joint) for e in later)])
+        return self._publish([*d.placed, *(self._decide_one(e, d.joint) for e in later)], put_off=not at_once)
+
+    @property
+    def behind(self) -> bool:
+        """Whether something still stands as it did before the last deliberation was taken over."""
+        return bool(self._again) or self._book.behind
+
+    def catch_up(self, most: int) -> Correction:
+        """Decide up to so many such snapshots again, and read some rods again."""
+        now, self._again = self._again[:most], self._again[most:]
+        assert self._joint is not None
+        placed = [self._decide_one(self._evidence[key], self._joint) for key in now]
+        return self._publish(placed, rods=RODS_EACH * most)
 
     def settle(self) -> Correction:
         """Decide everything from the start."""
@@ -135,8 +155,8 @@ class LatticeCorrector:
         if not self._evidence:
             return Correction((), (), self.quality())
         before, self._poses, self._tally = self._poses, {}, Tally()
-        said = self.adopt(self._deliberate(list(self._evidence.values()), live=False))
-        return replace(said, poses=tuple(p for p in said.poses if not _same(before.get(p.key), p)))
+        said = self._adopt(self._deliberate(list(self._evidence.values()), live=False), at_once=True)
+        return replace(said, poses=tuple(p for p in said.poses if not same(before.get(p.key), p)))
 
     def poses(self) -> Mapping[SnapshotKey, CorrectedPose]:
         """Every pose as it stands."""
@@ -240,45 +260,24 @@ class LatticeCorrector:
         self._log_state[rods] = log_state - np.log(np.exp(log_state).sum(axis=1, keepdims=True))
         self._kinds[rods] = self._placing.kinds(joint.vocabulary, np.exp(self._log_state[rods]))
 
-    def _publish(self, placed: Sequence[Placed]) -> Correction:
-        """Record where snapshots lie; what changed by that."""
+    def _publish(self, placed: Sequence[Placed], rods: int = 0, put_off: bool = False) -> Correction:
+        """Record where snapshots lie; what changed by that. rods: that were put off and are read now, at most."""
         moved = []
         noise = self._joint.noise if self._joint else self._stated
         for p in (doubted(p, MISFIT * self._typical) for p in placed):
             pose = self._placing.corrected(p, PLACED_ABOVE, noise)
             before = self._poses.get(pose.key)
-            if _differs(before, pose, MOVED_PX * self._camera.metres_per_pixel):
+            if differs(before, pose, MOVED_PX * self._camera.metres_per_pixel):
                 moved.append(pose)
                 self._poses[pose.key] = pose
                 self._tally.count(before, pose, p.residual)
             self._placed[pose.key] = p
             theta = 0.0 if p.pose is None else float(p.pose[2])
             self._book.enter(pose.key, (Entry(p.rods, p.ratio, theta, p.trust), *p.others))
-        return Correction(tuple(moved), self._book.changed(), self.quality())
+        if put_off:
+            self._book.put_off()
+        return Correction(tuple(moved), self._book.changed(rods), self.quality())
 
 
 def _all_of(evidence: Sequence[Evidence]) -> list[object]:
     return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
-
-
-def _same(before: CorrectedPose | None, after: CorrectedPose) -> bool:
-    """To the last digit: what is settled must not depend on what stood before."""
-    return (
-        before is not None
-        and (before.status, before.log_odds) == (after.status, after.log_odds)
-        and _equal(before.pose_pond, after.pose_pond)
-        and _equal(before.covariance, after.covariance)
-    )
-
-
-def _equal(a: Float | None, b: Float | None) -> bool:
-    return a is b if a is None or b is None else np.array_equal(a, b)
-
-
-def _differs(before: CorrectedPose | None, after: CorrectedPose, reach_m: float) -> bool:
-    if before is None or before.status != after.status or (before.pose_pond is None) != (after.pose_pond is None):
-        return True
-    if before.pose_pond is None or after.pose_pond is None:
-        return False
-    d = after.pose_pond - before.pose_pond
-    return bool(np.hypot(d[0], d[1]) > reach_m or abs(wrap_angle(d[2])) > 1e-3)

@@ -32,6 +32,7 @@ class RodBook:
         self._seen_by: dict[int, dict[tuple[SnapshotKey, int], int]] = {}
         self._readings = [RodReading(i, RodState.UNSEEN, None, 0.0, 0) for i in ids]
         self._touched: set[int] = set()
+        self._put_off: set[int] = set()
         self._palette: Palette | None = None
         self._prior: Float | None = None
 
@@ -60,10 +61,23 @@ class RodBook:
         """Of all rods, in the layout's order."""
         return tuple(self._readings)
 
-    def changed(self) -> tuple[RodReading, ...]:
-        """Read again what was touched; the readings that are otherwise than before."""
-        rods = sorted(self._touched)
+    @property
+    def behind(self) -> bool:
+        """Whether rods are still read as before they were put off."""
+        return bool(self._put_off)
+
+    def put_off(self) -> None:
+        """Leave what was touched so far to later calls of `changed`."""
+        self._put_off |= self._touched
         self._touched.clear()
+
+    def changed(self, most: int | None = None) -> tuple[RodReading, ...]:
+        """Read again what was touched, and of what was put off `most` at most; the readings that are otherwise than
+        before."""
+        waiting = sorted(self._put_off - self._touched)
+        rods = sorted(self._touched.union(waiting[:most]))
+        self._touched.clear()
+        self._put_off.difference_update(rods)
         if not rods or self._palette is None:
             return ()
         ids, by = tuple(self._ids[r] for r in rods), self._palette

@@ -37,7 +37,8 @@ from .raster import encode_patches, seen_in, tiles_of
 from .tasks import Base, Moved, Outcome, Shown, SnapshotRef
 from .thought import Begin, Thought, ThreadThought
 
-MOVED_AT_ONCE = 12  # snapshots that were shown before
+MOVED_AT_ONCE, MOVED_BESIDE = 12, 3  # snapshots that were shown before; the same beside new ones
+AGAIN_AT_ONCE, AGAIN_BESIDE = 12, 3  # snapshots decided again after a joint decision; the same
 MANY_ARRIVED, BACKLOG_GROWTH = 16, 3.0  # in a step; snapshots over those in the last joint decision
 _REJECTED = Shown(Status.REJECTED, None, None, None)
 
@@ -102,7 +103,7 @@ class Held:
             tuple(touched),
             sum(self.seen.values()) / (self.mosaic.size_px[0] * self.mosaic.size_px[1]),
             self.thought is not None,
-            bool(self.unshown),
+            bool(self.unshown) or self.behind,
         )
 
     def _in_turn(self, poses: Iterable[CorrectedPose], most_moved: int | None) -> list[CorrectedPose]:
@@ -134,9 +135,16 @@ class Held:
             answer, self.thought = self.thought.result(), None
             self.thoughtless = answer is None
             poses = list(corrector.adopt(answer).poses) if answer is not None else []
+        elif corrector.behind:
+            poses = list(corrector.catch_up(AGAIN_BESIDE if arrived else AGAIN_AT_ONCE).poses)
         if self.thought is None and not self.thoughtless and corrector.due() and self._is_worth(arrived):
             self.thought, self.thought_of = self.begin(corrector), len(self.images)
         return poses
+
+    @property
+    def behind(self) -> bool:
+        """Whether a joint decision was taken over that not all follows yet."""
+        return isinstance(self.corrector, Deliberates) and self.corrector.behind
 
     def abandon(self) -> None:
         """Nobody asks for what is held any more."""
@@ -157,9 +165,13 @@ class Held:
         return find(looks, self.inspection.camera, self.inspection.pond, self.corrector.rods(), spread)
 
     def _changed_rods(self) -> tuple[RodReading, ...]:
-        changed = tuple(r for r in self.corrector.rods() if r != self.rods.get(r.rod_id, _unseen(r.rod_id)))
-        self.rods |= {r.rod_id: r for r in changed}
-        return changed
+        changed = []
+        for reading in self.corrector.rods():
+            before = self.rods.get(reading.rod_id)
+            if reading is not before and reading != (before or _unseen(reading.rod_id)):
+                changed.append(reading)
+            self.rods[reading.rod_id] = reading  # so that it is the same object next time
+        return tuple(changed)
 
 
 def as_stored(base: Base, spread: Spread = one_by_one) -> tuple[Held, list[Snapshot]]:

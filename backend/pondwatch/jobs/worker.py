@@ -25,7 +25,7 @@ import cv2
 from pondwatch.core.corrector import Deliberates, hold
 from pondwatch.core.ports import Spread, one_by_one
 
-from .held import Held, as_stored
+from .held import MOVED_AT_ONCE, MOVED_BESIDE, Held, as_stored
 from .raster import encode_tiles
 from .spreading import spread_few, spread_out
 from .tasks import Base, EncodedTile, Failed, Outcome, Place, SnapshotRef
@@ -63,7 +63,8 @@ class Desk:
         began = time.perf_counter()
         poses = [*held.corrector.add(held.take(refs)).poses, *(held.reflect(len(refs)) or ())] if refs else []
         decided = time.perf_counter()
-        outcome = held.outcome(held.corrector.poses().values() if held.stale else poses)
+        most_moved = MOVED_BESIDE if refs else MOVED_AT_ONCE
+        outcome = held.outcome(held.corrector.poses().values() if held.stale else poses, most_moved)
         self._keep(session, held)
         return replace(outcome, correct_s=decided - began, assemble_s=time.perf_counter() - decided)
 
