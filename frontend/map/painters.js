@@ -2,6 +2,7 @@
 /** What the map shows, one function a thing, drawn in this order: floor, mosaic, rods, robots. Pond metres in. */
 
 import { footprint } from './frame.js';
+import { spots } from './labels.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./raster.js').RasterCanvas} RasterCanvas */
@@ -98,9 +99,10 @@ export function paintOutline(context, frame, pose, camera, colour, { dash = [], 
   context.setLineDash([]);
 }
 
-/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {RobotView[]} robots
- * @param {Camera | undefined} camera @param {Colours} colours */
+/** Outlines and headings first, so that no name lies under one. @param {CanvasRenderingContext2D} context
+ * @param {Frame} frame @param {RobotView[]} robots @param {Camera | undefined} camera @param {Colours} colours */
 export function paintRobots(context, frame, robots, camera, colours) {
+  const seen = [];
   for (const { name, pose, hearing } of robots) {
     if (pose.x_m === null || pose.y_m === null || pose.theta_rad === null) continue;
     const at = { x_m: pose.x_m, y_m: pose.y_m, theta_rad: pose.theta_rad };
@@ -108,8 +110,9 @@ export function paintRobots(context, frame, robots, camera, colours) {
     const dash = pose.status === 'placed' ? [] : [6, 4];
     if (camera) paintOutline(context, frame, at, camera, colour, { dash, width: 1.5, paper: colours.paper });
     paintHeading(context, frame, at, colour, colours.paper);
-    paintName(context, frame, at, hearing === 'silent' ? `${name} silent` : name, colour, colours.paper);
+    seen.push({ at, colour, label: hearing === 'silent' ? `${name} silent` : name });
   }
+  paintNames(context, frame, seen, colours.paper);
 }
 
 /** An arrow head along the image's u axis. @param {CanvasRenderingContext2D} context @param {Frame} frame
@@ -128,21 +131,22 @@ function paintHeading(context, frame, pose, colour, paper) {
   context.restore();
 }
 
-/** @param {CanvasRenderingContext2D} context @param {Frame} frame @param {PlanePose} pose @param {string} name
- * @param {string} colour @param {string} paper */
-function paintName(context, frame, pose, name, colour, paper) {
+/** @param {CanvasRenderingContext2D} context @param {Frame} frame
+ * @param {{at: PlanePose, colour: string, label: string}[]} robots @param {string} paper */
+function paintNames(context, frame, robots, paper) {
   context.font = `600 ${12 * frame.dpr}px system-ui, sans-serif`;
   context.textBaseline = 'middle';
-  const [at, y, aside] = [frame.x(pose.x_m), frame.y(pose.y_m) - 11 * frame.dpr, 13 * frame.dpr];
-  const fits = at + aside + context.measureText(name).width < frame.width;
-  context.textAlign = fits ? 'left' : 'right';
-  const x = fits ? at + aside : at - aside;
+  context.textAlign = 'left';
   context.lineJoin = 'round';
   context.lineWidth = 4 * frame.dpr;
   context.strokeStyle = paper;
-  context.strokeText(name, x, y);
-  context.fillStyle = colour;
-  context.fillText(name, x, y);
+  const named = robots.map(({ at, label }) => ({ x: frame.x(at.x_m), y: frame.y(at.y_m), width: context.measureText(label).width }));
+  const size = { height: 15 * frame.dpr, aside: 13 * frame.dpr, above: 11 * frame.dpr, across: frame.width };
+  spots(named, size).forEach(({ x, y }, n) => {
+    context.strokeText(robots[n].label, x, y);
+    context.fillStyle = robots[n].colour;
+    context.fillText(robots[n].label, x, y);
+  });
 }
 
 /** @param {CanvasRenderingContext2D} context @param {string} colour @param {number} width */

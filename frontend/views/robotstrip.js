@@ -8,7 +8,7 @@ import { h, setAttribute, setText } from './dom.js';
 /** @typedef {import('../state/robots.js').RobotView} RobotView */
 
 /** Before how far the correction moved the pose; a place that is sure needs no word for that. */
-const STATUS_WORDS = { placed: 'moved', uncertain: 'uncertain', rejected: 'not placed' };
+const STATUS_WORDS = { placed: '', uncertain: 'uncertain', rejected: 'not placed' };
 
 /** @type {Partial<Record<import('../state/robots.js').Hearing, (age: string) => string>>} */
 const HEARD = { silent: (age) => `SILENT ${age}`, behind: (age) => `queued ${age}`, ended: () => 'ended', unknown: (age) => `? ${age}` };
@@ -65,6 +65,6 @@ class Card {
     setAttribute(this.#how, 'data-status', pose.status);
     setText(this.#said, saidOf(pose));
     setAttribute(this.#said, 'data-weak', isWeak(pose) ? '' : null);
-    setText(this.#how, driftM === null ? STATUS_WORDS[pose.status].replace('moved', '') : `${STATUS_WORDS[pose.status]} ${format.length(driftM)}`);
+    setText(this.#how, [STATUS_WORDS[pose.status], driftM === null ? '' : driftM < 5e-6 ? 'not moved' : `off ${format.length(driftM)}`].filter(Boolean).join(', '));
   }
 }
