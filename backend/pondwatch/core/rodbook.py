@@ -32,7 +32,7 @@ class RodBook:
         self._seen_by: dict[int, dict[tuple[SnapshotKey, int], int]] = {}
         self._readings = [RodReading(i, RodState.UNSEEN, None, 0.0, 0) for i in ids]
         self._touched: set[int] = set()
-        self._put_off: set[int] = set()
+        self._put_off: dict[int, None] = {}  # the longest first
         self._palette: Palette | None = None
         self._prior: Float | None = None
 
@@ -68,16 +68,17 @@ class RodBook:
 
     def put_off(self) -> None:
         """Leave what was touched so far to later calls of `changed`."""
-        self._put_off |= self._touched
+        self._put_off |= dict.fromkeys(sorted(self._touched))
         self._touched.clear()
 
     def changed(self, most: int | None = None) -> tuple[RodReading, ...]:
         """Read again what was touched, and of what was put off `most` at most; the readings that are otherwise than
         before."""
-        waiting = sorted(self._put_off - self._touched)
+        waiting = [rod for rod in self._put_off if rod not in self._touched]
         rods = sorted(self._touched.union(waiting[:most]))
         self._touched.clear()
-        self._put_off.difference_update(rods)
+        for rod in rods:
+            self._put_off.pop(rod, None)
         if not rods or self._palette is None:
             return ()
         ids, by = tuple(self._ids[r] for r in rods), self._palette
