@@ -11,7 +11,7 @@ import pytest
 
 from pondwatch.core.errors import Unavailable
 from pondwatch.core.values import Quality, RodReading, RodState
-from pondwatch.jobs.advance import commit
+from pondwatch.jobs.advance import SOON, commit
 from pondwatch.jobs.lanes import WorkerLost
 from pondwatch.jobs.steps import STEP_LIMIT
 from pondwatch.jobs.tasks import Outcome
@@ -45,6 +45,16 @@ def test_a_backlog_is_taken_in_bounded_steps(house: House) -> None:
     assert house.take() is False
 
     assert [(s.covered, s.left) for s in house.heard.steps] == [(STEP_LIMIT, 3), (3, 0)]
+
+
+def test_fewer_than_a_backlog_are_shown_a_few_at_a_time(house: House) -> None:
+    house.send(*(Shot(i) for i in range(STEP_LIMIT - 1)))
+
+    while house.take():
+        pass
+
+    assert {s.covered for s in house.heard.steps[:-1]} == {SOON}
+    assert sum(s.covered for s in house.heard.steps) == STEP_LIMIT - 1
 
 
 def test_a_step_without_work_writes_nothing(house: House) -> None:

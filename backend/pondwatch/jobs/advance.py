@@ -25,6 +25,7 @@ from .tasks import Base, EncodedRect, EncodedTile, Moved, Outcome, Shown, Snapsh
 from .views import reading
 
 DEFAULT_LIMITS = Limits()
+SOON = 16  # snapshots in a step, where fewer wait than it might take: viewers need not wait for all of them
 
 
 class CannotLoad(Exception):
@@ -59,7 +60,7 @@ class Step:
 def advance(
     store: Store, lane: Lane, session_id: str, now_ms: int, limit: int, limits: Limits = DEFAULT_LIMITS
 ) -> Step | None:
-    """Cover the next snapshots, at most `limit`; None where all are covered.
+    """Cover the next snapshots, `limit` where so many wait, else SOON at most; None where all are covered.
 
     Raises:
         WorkerLost, TaskFailed: the worker could not; nothing changed. CannotLoad: nor take up what is stored.
@@ -68,6 +69,7 @@ def advance(
     session, fresh = store.read(lambda c: _waiting(c, session_id, limit))
     if not fresh:
         return None
+    fresh = fresh if len(fresh) == limit else fresh[:SOON]
     refs = [snapshot_ref(store, s) for s in fresh]
     outcome = lane.call("advance", session_id, session.revision, refs)
     if outcome is None:

@@ -24,7 +24,7 @@ from .advance import CannotLoad, Step
 from .drawing import Drawing
 from .lanes import Lane, TaskFailed, WorkerLost
 
-STEP_LIMIT = 16  # more of a backlog at once would save little, and viewers would see nothing of it meanwhile
+STEP_LIMIT = 64  # snapshots
 MOST_TRIES = 3
 BUSY_PATIENCE = 3.0  # times longer than usual that tiles wait while uploads do
 WorkFailed = (WorkerLost, TaskFailed, CannotLoad)
