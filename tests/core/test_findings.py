@@ -210,7 +210,9 @@ def drawn_along(pose: Float, off: Float) -> Float:
 def test_work_that_is_done_in_parts_elsewhere_in_another_order_finds_the_same() -> None:
     done: list[int] = []
 
-    def elsewhere(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object]) -> list[R]:
+    def elsewhere(
+        work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = False
+    ) -> list[R]:
         done.append(len(things))
         return [pickle.loads(pickle.dumps(work(thing))) for thing in reversed(things)][::-1]
 

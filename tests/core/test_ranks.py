@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pondwatch.core.ranks import median, median_of_many
+from pondwatch.core.ranks import median, median_of_many, middle
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -16,6 +16,7 @@ def test_a_median_is_numpys_to_the_last_digit(count: int, dtype: type) -> None:
         found = median(turned, axis)
         assert found.dtype == dtype
         assert (found == np.median(turned, axis=axis)).all()
+        assert (middle(np.sort(turned, axis=axis), axis) == found).all()
 
 
 @pytest.mark.parametrize("shape", [(1,), (2,), (37, 41), (40, 50)])

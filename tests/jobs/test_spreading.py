@@ -13,7 +13,7 @@ import pytest
 
 from pondwatch.core.ports import both
 from pondwatch.jobs import spreading
-from pondwatch.jobs.spreading import LEAST, beside, spread_few, spread_out
+from pondwatch.jobs.spreading import LEAST, beside, spread_out
 
 SELF, OPEN = os.getpid(), Path("/proc/self/fd")  # files that are open, where the system tells
 
@@ -39,8 +39,9 @@ def test_as_many_processes_work_as_there_are_cores(cores):
     assert len(set(spread_out(lambda _: _who(0.02), range(3 * LEAST), ()))) == cores
 
 
-@pytest.mark.parametrize("spread", [spread_few, partial(spread_out, large=True)])
-def test_few_large_things_are_spread_too_each_to_one_process(cores, spread):
+def test_few_large_things_are_spread_too_each_to_one_process(cores):
+    spread = partial(spread_out, large=True)
+
     assert spread(lambda k: k * k, range(2), ()) == [0, 1]
     assert len(set(spread(lambda _: _who(0.5), range(2), ()))) == min(cores, 2)
     assert spread(lambda k: k, [], ()) == []
@@ -54,7 +55,7 @@ def test_who_is_done_with_its_own_helps_the_others(monkeypatch, slow):
     done = spread_out(lambda k: _who(0.05 if k in slow else 0.0), range(2 * LEAST), ())
 
     by_this = [done[k] == SELF for k in slow]
-    assert LEAST // 4 < sum(by_this) < 3 * LEAST // 4
+    assert 0 < sum(by_this) < LEAST  # all or nothing, where nobody helps
 
 
 def test_what_is_shared_comes_back_as_itself_and_the_rest_as_its_equal(cores):

@@ -15,7 +15,7 @@ from pondwatch.core.values import CorrectedPose, Image, Pond, Quality, RodReadin
 from pondwatch.jobs import exports
 from pondwatch.jobs.findingviews import document, findings_csv
 from pondwatch.jobs.papernets import make_corrector
-from pondwatch.jobs.spreading import beside, spread_few, spread_out
+from pondwatch.jobs.spreading import beside, spread_out
 
 from .bundle import Bundle, Row
 
@@ -61,7 +61,7 @@ def correct_bundle(
     corrector.settle()
     poses = corrector.poses()
     looks, rods = sure_looks(taken, poses), corrector.rods()
-    look_over = beside(lambda: find(looks, bundle.inspection.camera, bundle.inspection.pond, rods, spread_few))
+    look_over = beside(lambda: find(looks, bundle.inspection.camera, bundle.inspection.pond, rods, spread_out))
     mosaic = _assemble(bundle, taken, poses.get, progress)
     unplaced = {row.key: CorrectedPose(row.key, None, None, Status.REJECTED) for row in rows}
     in_order = tuple(poses.get(row.key, unplaced[row.key]) for row in bundle.rows)

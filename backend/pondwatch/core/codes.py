@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from .observe import sample
-from .ranks import median
+from .ranks import median, middle
 from .values import Bool, Camera, Float, Image
 
 SECTORS = 24
@@ -214,20 +214,14 @@ def _two_means(x: Float) -> tuple[float, float, float, bool, float]:
         cut = int(np.searchsorted(x, (low + high) / 2, side="right"))
         if cut in (0, len(x)):
             return low, high, 0.0, False, 0.0
-        before, (low, high) = (low, high), (_middle(x[:cut]), _middle(x[cut:]))
+        before, (low, high) = (low, high), (float(middle(x[:cut])), float(middle(x[cut:])))
         if (low, high) == before:
             break
-    spread = 1.4826 * _middle(np.sort(np.abs(x - np.repeat([low, high], [cut, len(x) - cut]))))
+    spread = 1.4826 * float(median(np.abs(x - np.repeat([low, high], [cut, len(x) - cut]))))
     few = min(cut, len(x) - cut) < SECTORS // 4
     enough = DIPPED_SEPARATION if _dipped(x, low, high) else LEAST_SEPARATION
     two = high - low > max(LEAST_STEP, enough * spread) and not few
     return low, high, spread, two, (len(x) - cut) / len(x)
-
-
-def _middle(ordered: Float) -> float:
-    """The median of values in order."""
-    half = len(ordered) // 2
-    return float(ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2)
 
 
 def _dipped(x: Float, low: float, high: float) -> bool:

@@ -62,7 +62,7 @@ def consensus(
     warps = tuple(Warp.of(look, camera, pond, metres_per_pixel) for look in looks)
     rows = -(-height // max(1, -(-height * width // _BAND_PX)))
     bands = [Rect(0, top, width, min(rows, height - top)) for top in range(0, height, rows)]
-    made = spread(lambda band: _of_band([w for w in warps if w.part(band)], band), bands, ())
+    made = spread(lambda band: _of_band([w for w in warps if w.part(band)], band), bands, (), large=True)
     image, count, burnt = (np.concatenate(part) for part in zip(*made, strict=True))
     return Consensus(image, count, burnt, metres_per_pixel, warps)
 

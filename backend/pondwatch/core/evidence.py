@@ -6,6 +6,7 @@ same point of the image share one site there, so what a site shows is sampled on
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,6 +98,11 @@ def _sites(places: Places, setting: Setting) -> tuple[Float, Int]:
     site = np.full(places.real.shape, -1, dtype=np.int64)
     site[visible] = group
     return np.array(means).reshape(-1, 2), site
+
+
+def all_of(evidence: Sequence[Evidence]) -> list[object]:
+    """What work on evidence may return as it is: the evidence, its snapshots, their pictures."""
+    return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
 
 
 def lean(evidence: Evidence) -> Evidence:

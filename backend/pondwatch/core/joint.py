@@ -13,7 +13,7 @@ import numpy as np
 
 from . import decision as dec
 from .crossover import recombined, trust
-from .evidence import Evidence, Setting, gather, lean, widen
+from .evidence import Evidence, Setting, all_of, gather, lean, widen
 from .factorgraph import Decision, Problem
 from .frames import wrap_angle
 from .hypotheses import Reach, propose
@@ -153,8 +153,7 @@ class Solver:
         edges = [slice(a, b) for a, b in pairwise(joint.problem.first_edges.tolist())]
         lost = [i for i, e in enumerate(evidence) if not e.far.any() and self._lost(e, i, joint, noise, edges[i])]
         out, state = list(evidence), joint.decision.states
-        shared = [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]
-        wider = spread(lambda i: self._widened(evidence[i], joint, noise, state), lost, shared, large=True)
+        wider = spread(lambda i: self._widened(evidence[i], joint, noise, state), lost, all_of(evidence), large=True)
         for i, e in zip(lost, wider, strict=True):
             out[i] = e
         return out, any(e.far.any() for e in wider)

@@ -16,7 +16,7 @@ import numpy as np
 
 from .appearance import Profile
 from .decision import Table
-from .evidence import Evidence, Setting, gather, lean
+from .evidence import Evidence, Setting, all_of, gather, lean
 from .hypotheses import Reach
 from .joint import Joint, Solver, gains
 from .moves import differs, same
@@ -115,7 +115,7 @@ class LatticeCorrector:
 
     def held(self) -> Sequence[object]:
         """The evidence, which a deliberation mostly leaves as it is, and all pictures."""
-        return _all_of(list(self._evidence.values()))
+        return all_of(list(self._evidence.values()))
 
     def adopt(self, d: Deliberation) -> Correction:
         """Take over a deliberation. What came since it began is decided against it, and rods are read anew: at once, or
@@ -124,16 +124,16 @@ class LatticeCorrector:
 
     def _adopt(self, d: Deliberation, at_once: bool) -> Correction:
         known = {e.snapshot.key for e in d.evidence}
-        later = [e for k, e in self._evidence.items() if k not in known]
-        self._again = [e.snapshot.key for e in later if not at_once and e.snapshot.key in self._placed]
-        later = [e for e in later if e.snapshot.key not in self._again]
+        later = [k for k in self._evidence if k not in known]
+        self._again = [] if at_once else [k for k in later if k in self._placed]
+        now = [self._evidence[k] for k in later if at_once or k not in self._placed]
         self._evidence.update({e.snapshot.key: e for e in d.evidence})
         self._joint, self._decided, self._doubtful = d.joint, len(d.evidence), 0
         self._profile, self._taught, self._kinds, self._typical = d.profile, d.taught, d.kinds.copy(), d.typical
         self._log_state = np.log(np.maximum(d.joint.known(), 1e-30))
         words = d.joint.vocabulary
         self._book.read_by(words.palette, words.full_prior())
-        return self._publish([*d.placed, *(self._decide_one(e, d.joint) for e in later)], put_off=not at_once)
+        return self._publish([*d.placed, *(self._decide_one(e, d.joint) for e in now)], put_off=not at_once)
 
     @property
     def behind(self) -> bool:
@@ -191,12 +191,11 @@ class LatticeCorrector:
 
         def place(i: int) -> Placed:
             trust = float(joint.trust[i])
-            hasty = live and trust <= PLACED_ABOVE
-            placed = self._place(evidence[i], chosen[i], trust, kinds, joint, profile, profile is before, hasty)
+            placed = self._place(evidence[i], chosen[i], trust, kinds, joint, profile, profile is before, live)
             at = int(joint.decision.choice[i] - joint.problem.start[i])
             return self._with_others(placed, joint.belief(i), at)
 
-        placed = tuple(spread(place, range(len(evidence)), _all_of(evidence)))
+        placed = tuple(spread(place, range(len(evidence)), all_of(evidence)))
         residuals = [p.residual for p in placed if np.isfinite(p.residual)]
         typical = float(np.median(residuals)) if residuals else np.inf
         return Deliberation(joint, tuple(evidence), placed, profile, taught, kinds, typical)
@@ -210,9 +209,13 @@ class LatticeCorrector:
         joint: Joint,
         profile: Profile | None,
         same: bool,
-        hasty: bool,
+        live: bool,
     ) -> Placed:
-        """Refined, unless it lies where it was refined before by the same profile, with no less care."""
+        """Refined, unless it lies where it was refined before by the same profile, with no less care.
+
+        live: a pose whose place is in doubt anyway need not be as good as it can.
+        """
+        hasty = live and trust <= PLACED_ABOVE
         old = self._placed.get(e.snapshot.key) if same else None
         if (
             old is not None
@@ -237,8 +240,7 @@ class LatticeCorrector:
         if pose is not None and trust > PLACED_ABOVE:
             self._learn(table.rod[rows], table.values[table.look[rows]], joint)
         self._doubtful += trust <= PLACED_ABOVE
-        hasty = trust <= PLACED_ABOVE  # its place is not sure, so its pose need not be
-        placed = self._place(e, pose, trust, self._kinds, joint, self._profile, True, hasty)
+        placed = self._place(e, pose, trust, self._kinds, joint, self._profile, same=True, live=True)
         return self._with_others(placed, weight / weight.sum(), best)
 
     def _backed(self, trust: float, table: Table, best: int, rows: Bool) -> float:
@@ -277,7 +279,3 @@ class LatticeCorrector:
         if put_off:
             self._book.put_off()
         return Correction(tuple(moved), self._book.changed(rods), self.quality())
-
-
-def _all_of(evidence: Sequence[Evidence]) -> list[object]:
-    return [*evidence, *(e.snapshot for e in evidence), *(e.snapshot.image for e in evidence)]

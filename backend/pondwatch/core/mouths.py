@@ -17,11 +17,12 @@ import numpy as np
 from scipy.special import ndtr
 
 from .observe import RingBand, RodsFound, sample
+from .ranks import median
 from .values import Float, Image
 
 RADII = 40
 REACH = 1.12  # of the outer radius
-RAYS = 24  # an even number
+RAYS = 24
 WHOLE = 0.98  # share of the ring band in view
 SURE = 0.8  # of the typical response
 BLURS_PX = (0.6, 0.9, 1.3, 1.8, 2.4, 3.2)
@@ -48,8 +49,7 @@ def look_into(image: Image, found: RodsFound, band: RingBand) -> Mouth:
     angle = 2 * np.pi * np.arange(RAYS) / RAYS
     ray = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     points = centres[:, None, None] + _radii(band.outer_px)[:, None, None] * ray
-    ranked = np.sort(sample(np.asarray(image, np.float32), points), axis=2)
-    along = (ranked[:, :, RAYS // 2 - 1] + ranked[:, :, RAYS // 2]) / 2
+    along = median(sample(np.asarray(image, np.float32), points), axis=2)
     return Mouth(centres, along / np.maximum(along.mean(axis=(1, 2), keepdims=True), 1.0))
 
 

@@ -122,10 +122,8 @@ def response_field(image: Image, band: RingBand) -> Float32:
     gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3)
     across, down, both = (_summed(cv2.multiply(a, b)) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     energy = across + down
-    weight = 1 / (energy + np.float32(4 * median_of_many(energy) + 1e-9))
-    angles = np.stack([(across - down) * weight, 2 * both * weight], dtype=np.float32)
-    field = band.correlated(*angles)
-    return field * band.scale
+    weight = np.asarray(1 / (energy + np.float32(4 * median_of_many(energy) + 1e-9)), np.float32)
+    return band.correlated((across - down) * weight, 2 * both * weight) * band.scale
 
 
 def _summed(channels: cv2.typing.MatLike) -> Float32:

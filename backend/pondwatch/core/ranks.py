@@ -15,8 +15,12 @@ def median(values: NDArray[Any], axis: int = 0) -> NDArray[Any]:
     Args:
         values: at least one along the axis, none of them NaN.
     """
-    ranked = np.sort(values, axis=axis)
-    half, odd = divmod(values.shape[axis], 2)
+    return middle(np.sort(values, axis=axis), axis)
+
+
+def middle(ranked: NDArray[Any], axis: int = 0) -> NDArray[Any]:
+    """The median along one axis of values that are in order along it."""
+    half, odd = divmod(ranked.shape[axis], 2)
     upper = ranked.take(half, axis)
     return upper if odd else np.asarray((ranked.take(half - 1, axis) + upper) / 2)
 

@@ -49,10 +49,10 @@ def residuals(cells: Cells, inner_px: float, spread: Spread = one_by_one) -> Res
     """Learn how cells look, and where each looks otherwise.
 
     Args:
-        inner_px: the rods' inner radius, px of the raster. spread: of few things, each much work.
+        inner_px: the rods' inner radius, px of the raster.
     """
     learned = _Learned.of(cells, inner_px)
-    explained = spread(lambda k: learned.explained(cells, k), range(len(cells.kind)), ())
+    explained = spread(lambda k: learned.explained(cells, k), range(len(cells.kind)), (), large=True)
     expected = np.array([e for e, _ in explained], np.float32).reshape(cells.value.shape)
     examined = np.array([e for _, e in explained], bool).reshape(cells.seen.shape)
     for kinds in _TOGETHER:
@@ -60,7 +60,7 @@ def residuals(cells: Cells, inner_px: float, spread: Spread = one_by_one) -> Res
         if len(mine) < _LEAST_TO_LEARN:
             examined[mine] = False
     grey = np.where(examined[..., None], cells.value - expected, np.float32(0))
-    most = spread(lambda width: _significance(cells, grey, examined, width), WIDTHS_PX, ())
+    most = spread(lambda width: _significance(cells, grey, examined, width), WIDTHS_PX, (), large=True)
     z = np.where(examined, np.sqrt(np.max(most, axis=0)), np.float32(0))
     return Residuals(z, grey, examined, expected)
 

@@ -53,11 +53,6 @@ def spread_out(work: Callable[[T], R], things: Sequence[T], shared: Sequence[obj
     return [done[k] if k in done else work(things[k]) for k in range(count)]
 
 
-def spread_few(work: Callable[[T], R], things: Sequence[T], shared: Sequence[object], large: bool = True) -> list[R]:
-    """The same, of things each of which is much work."""
-    return spread_out(work, things, shared, large)
-
-
 def _turns(count: int, k: int, parts: int) -> Iterator[int]:
     """In which order process k of some begins things: its own stretch, then what the others have left, from its end."""
     cuts = [count * part // parts for part in range(parts + 1)]

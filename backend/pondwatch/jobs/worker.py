@@ -27,7 +27,7 @@ from pondwatch.core.ports import Spread, one_by_one
 
 from .held import MOVED_AT_ONCE, MOVED_BESIDE, Held, as_stored
 from .raster import encode_tiles
-from .spreading import spread_few, spread_out
+from .spreading import spread_out
 from .tasks import Base, EncodedTile, Failed, Outcome, Place, SnapshotRef
 from .thought import Begin, ForkThought, ThreadThought
 
@@ -38,11 +38,11 @@ _NICER = 5  # whoever waits for an acknowledgement comes before the correction
 
 class Desk:
     """The sessions that one worker holds, the longest unused let go of first. begin: how joint decisions are begun;
-    spread: how what is decided for each snapshot is; few: how work in few large parts is."""
+    spread: how what is decided for each snapshot is."""
 
-    def __init__(self, begin: Begin = ThreadThought, spread: Spread = one_by_one, few: Spread = one_by_one) -> None:
+    def __init__(self, begin: Begin = ThreadThought, spread: Spread = one_by_one) -> None:
         self._held: OrderedDict[str, Held] = OrderedDict()
-        self._begin, self._spread, self._few = begin, spread, few
+        self._begin, self._spread = begin, spread
 
     def load(self, base: Base) -> None:
         """Take up a session as it is stored."""
@@ -91,7 +91,7 @@ class Desk:
         outcome = held.outcome(sorted(held.corrector.poses().values(), key=lambda p: p.key), most_moved=None)
         places = sorted({*outcome.undrawn, *base.undrawn})
         tiles = tuple(encode_tiles(held.mosaic, places))
-        return replace(outcome, undrawn=(), tiles=tiles, condition=held.condition(self._few) if look_over else None)
+        return replace(outcome, undrawn=(), tiles=tiles, condition=held.condition(self._spread) if look_over else None)
 
     def draw(self, session: str, revision: int, places: Sequence[Place]) -> list[EncodedTile] | None:
         """Tiles as they are at this revision; None where the session is not held at it."""
@@ -122,7 +122,7 @@ class Desk:
             self._held.popitem(last=False)[1].abandon()
 
 
-_desk = Desk(ForkThought, spread_out, spread_few)  # this process's own
+_desk = Desk(ForkThought, spread_out)  # this process's own
 
 
 def answered(desk: Desk, method: str, *args: Any) -> Any:
